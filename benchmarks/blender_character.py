@@ -30,8 +30,8 @@ def write_parts(path: Path) -> None:
     mesh = head()
     assert mesh.groups is not None
     groups = {
-        "Head": ("skin", "lids", "nostrils", "lips", "mouth", "brows", "lashes"),
-        "Eyes": ("pupil_L", "iris_L", "eye_L", "pupil_R", "iris_R", "eye_R"),
+        "Head": ("skin", "lips", "head", "mouth", "lashes"),
+        "Eyes": ("eye_L", "eye_R"),
         "Teeth": ("gums", "teeth", "tongue"),
     }
     arrays: dict[str, Any] = {}
@@ -148,7 +148,7 @@ def _shapes(part: str, thing: Any, arrays: Any, placed: Any) -> None:
     blocks = thing.data.shape_keys.key_blocks
     for name, frames in {
         "jawOpen": (1, 0.0, 12, 1.0, 24, 0.3),
-        "mouthSmile_L": (1, 0.5, 20, 1.0),
+        "mouthSmileLeft": (1, 0.5, 20, 1.0),
     }.items():
         for frame, value in zip(frames[::2], frames[1::2], strict=True):
             blocks[name].value = value

@@ -1,9 +1,9 @@
 """Dragging a face by `rig.solve`: milliseconds, weights found again, and the picture of the docs.
 
-Run:  python benchmarks/dragging.py [--data FOLDER] [--take 4030] [--picture docs/dragging.png]
+Run:  python benchmarks/dragging.py [RIG] [--take 4030] [--picture docs/dragging.png]
 
-On the production rig (57 sliders), or the built-in head where that is not at hand. Poses of five
-random sliders are asked for at one to twenty vertices that tell the sliders apart:
+On the built-in head, or a rig, without its expressions, which are sums of other sliders. Poses of
+five random sliders are asked for at one to twenty vertices that tell the sliders apart:
 
 - processor time of a drag from rest, within reach and pulled away by noise of 1 % of D, and of each
   step of a drag by hand, beside one `rig.pose` of five sliders and the same least squares by SciPy;
@@ -33,14 +33,14 @@ from elastomorph.rig import Rig
 from elastomorph.rig.build import extent_of
 from elastomorph.rig.handles import HandledPoints, asked
 from elastomorph.rig.tracking import PRIOR
-from measuring import data_folder
+from elastomorph.samples import landmarks
+from elastomorph.samples.paper_expressions import EXPRESSIONS
 
 FACES, ACTIVE, HANDLES, GOAL = 24, 5, (1, 3, 10, 20), 5.0
 DRAGS, STEPS = 6, 25
 NOISE, NOISY_PRIOR, PLAIN_PRIOR = 0.01, 3e-3, 1e-3
-# On the built-in head: the chin, the corners of the mouth.
 MARKERS, MOVED = 41, 14
-CHIN, LEFT, RIGHT = 912, 1968, 4016
+CHIN, RIGHT, LEFT = 8, 48, 54  # of the 68 landmarks; the corners are of the mouth
 
 
 def telling_vertices(rig: Rig, count: int) -> list[int]:
@@ -206,12 +206,11 @@ def take(rig: Rig, frames: int) -> None:
         )
 
 
-def draw(path: Path) -> None:
-    """The built-in head with three goals: at rest, at the goals, and near them by few sliders."""
-    rig = read_rig("built-in")
-    rest = rig.neutral.vertices
-    moves = {CHIN: [0.0, -1.4, -2.0], LEFT: [0.5, 0.1, -0.8], RIGHT: [0.0, -0.7, -0.5]}
-    goals = {vertex: rest[vertex] + move for vertex, move in moves.items()}
+def draw(rig: Rig, path: Path) -> None:
+    """Three goals: the face at rest, at the goals, and near them by few sliders."""
+    rest, marks = rig.neutral.vertices, landmarks()
+    moves = {CHIN: [0.0, -1.5, -1.3], LEFT: [0.5, 0.1, -1.0], RIGHT: [0.0, -0.7, -0.5]}
+    goals = {marks[point]: rest[marks[point]] + move for point, move in moves.items()}
     faces = {"three goals": rest}
     for prior, label in ((PRIOR, "solved"), (PLAIN_PRIOR, f"prior={PLAIN_PRIOR:g}")):
         solved = rig.solve(goals, prior=prior)
@@ -222,15 +221,15 @@ def draw(path: Path) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--data", type=Path, default=data_folder())
+    parser.add_argument("rig", nargs="?", default="built-in")
     parser.add_argument("--picture", type=Path)
     parser.add_argument("--take", type=int, metavar="FRAMES", help="a take of markers instead")
     options = parser.parse_args()
+    rig = read_rig(options.rig)
+    rig = rig.only([name for name in rig.names if name not in EXPRESSIONS])
     if options.picture:
-        draw(options.picture)
+        draw(rig, options.picture)
         return
-    folder = options.data / "ict-facekit"
-    rig = read_rig(folder if folder.is_dir() else "built-in")
     if options.take:
         take(rig, options.take)
         return

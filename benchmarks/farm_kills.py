@@ -32,10 +32,13 @@ import psutil
 
 from dask_processes import Separate, kill_all, separate, workers_below
 
+sys.path.append(str(Path(__file__).parents[1] / "tests"))
+from small_head import rig_file
+
 __all__ = ["KINDS", "Found", "Watch", "contents", "tried"]
 
 _UNITS = 24
-_FACES = 1024  # In a unit of the built-in head
+_FACES = 1024  # In a unit of the small head
 _STARTING, _MAKING = 4.0, 2.5  # Seconds from which moments are drawn
 _LIMIT = 120.0
 
@@ -117,7 +120,7 @@ class Command:
 
     def __init__(self, output: Path, scheduler: str, units: int = _UNITS) -> None:
         self.output = output
-        words = ("farm", "built-in", "--vertices", "int16", "--faces", str(units * _FACES))
+        words = ("farm", str(rig_file()), "--vertices", "int16", "--faces", str(units * _FACES))
         self.process = subprocess.Popen(
             [sys.executable, "-m", "elastomorph", *words]
             + ["--scheduler", scheduler, "-o", str(output)],

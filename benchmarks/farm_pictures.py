@@ -10,6 +10,7 @@ takes in a data set.
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -25,15 +26,21 @@ from elastomorph.draw.stage import Stage
 from elastomorph.farm.pictures.painter import Painter
 from elastomorph.farm.pictures.settings import ARRAYS
 from elastomorph.farm.reading.sheets import contact_sheet
-from elastomorph.samples import expressions, head
+
+sys.path.append(str(Path(__file__).parents[1] / "tests"))
+from small_head import expressions, head, landmarks
 
 LABELS = tuple(name for name in ARRAYS if name != "colour")
-BUILT_IN = "built-in head"
+SMALL = "small head"
 RECIPE = {"seed": 11, "pictures": {}}
 
 
 def rig_of(name: str) -> em.Rig:
-    return em.Rig(head(), expressions()) if name == BUILT_IN else em.read_rig(name)
+    return em.Rig(head(), expressions()) if name == SMALL else em.read_rig(name)
+
+
+def marks_of(name: str, mesh: em.Mesh) -> dict[str, int]:
+    return landmarks() if name == SMALL else known_landmarks(name, mesh)
 
 
 def faces_of(rig: em.Rig, count: int) -> tuple[NDArray[np.float32], dict[str, Any]]:
@@ -55,7 +62,7 @@ def seconds(task: Callable[[], object]) -> float:
 def table(name: str, sizes: list[int], count: int) -> None:
     rig = rig_of(name)
     positions, columns = faces_of(rig, count)
-    marks = known_landmarks(name, rig.neutral)
+    marks = marks_of(name, rig.neutral)
     print(f"{Path(name).name}: {len(rig.neutral.vertices):,} vertices, {count} faces")
     print(f"  pictures a second of one core\n  {'pixels':>8}{'all':>10}{'labels':>10}{'VTK':>10}")
     for size in sizes:
@@ -84,7 +91,7 @@ def bytes_of(name: str, count: int) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("rigs", nargs="*", default=[BUILT_IN], help="files of rigs")
+    parser.add_argument("rigs", nargs="*", default=[SMALL], help="files of rigs")
     parser.add_argument("--sizes", nargs="+", type=int, default=[128, 256, 512])
     parser.add_argument("--faces", type=int, default=8)
     parser.add_argument("--sheet", help="draw a sheet of the first rig, and nothing else")
@@ -92,7 +99,7 @@ def main() -> None:
     if given.sheet:
         rig = rig_of(given.rigs[0])
         positions, columns = faces_of(rig, given.faces)
-        painter = Painter(rig, (256, 256), known_landmarks(given.rigs[0], rig.neutral))
+        painter = Painter(rig, (256, 256), marks_of(given.rigs[0], rig.neutral))
         contact_sheet(painter.draw(positions, columns), range(given.faces), given.sheet)
         return
     for name in given.rigs:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import heapq
+import sys
 import time
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -26,7 +27,9 @@ from elastomorph.farm.making.run import begun
 from elastomorph.farm.making.unit import make_unit
 from elastomorph.farm.storage.stores import Order
 from elastomorph.farm.storage.wanted import Wanted
-from elastomorph.samples import head, shapes
+
+sys.path.append(str(Path(__file__).parents[1] / "tests"))
+from small_head import head, shapes
 
 SIZE = 256
 RECIPE = {"seed": 3, "pictures": {"size": SIZE}}
@@ -187,7 +190,7 @@ def table_of_limits(work: Work, farm: Machines, faces: int) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--faces", type=float, default=1e9)
-    parser.add_argument("--rig", help="a file or folder; ours by default")
+    parser.add_argument("--rig", help="a file or folder; a small head by default")
     for name, value in asdict(Machines()).items():
         parser.add_argument(f"--{name.replace('_', '-')}", type=type(value), default=value)
     given = vars(parser.parse_args())

@@ -6,7 +6,7 @@ Run:  python benchmarks/farm_speed.py [recipe ...]
   random bits alone that they are made of, for several recipes. Both by the clock and by the time
   of the processor, for a machine may have other things to do.
 - `vertices`: int16 vertices made and written on a RAM disk by two threads beside `rig.stream` of
-  the same faces into memory: the built-in's five expressions, all its sliders, the ICT rig;
+  the same faces into memory: five expressions of a small head, all its sliders, the ICT rig;
 - `reading`: faces of a data set of the recipe alone, beside `rig.batch` of the same weights: by
   slices, and by shuffled batches of PyTorch, where it is installed, read by this process or by
   two workers, whose batches go through shared memory;
@@ -43,9 +43,11 @@ from elastomorph.farm.making.unit import make_unit
 from elastomorph.farm.sampling.lanes import random_lanes
 from elastomorph.farm.storage.stores import Order
 from elastomorph.farm.storage.wanted import Wanted
-from elastomorph.rig.performance.naming import ARKIT
-from elastomorph.samples.paper_expressions import EXPRESSIONS
+from elastomorph.rig.naming import ARKIT
 from measuring import data_folder
+
+sys.path.append(str(Path(__file__).parents[1] / "tests"))
+from small_head import expressions, rig_file
 
 _UNITS, _UNIT_SECONDS = 40, 0.6  # For Dask
 WANTED = 2e6
@@ -116,9 +118,8 @@ def recipe_speed(faces: int, repeats: int) -> None:
 
 def rigs(data: Path) -> dict[str, tuple[em.Rig, float]]:
     """Rigs by what they are, and how many sliders are on."""
-    built_in = em.read_rig("built-in")
-    five = [name for name in EXPRESSIONS if name in built_in.morphs]
-    found = {"five expressions": (built_in.only(five), 2.5), "built-in": (built_in, 6.0)}
+    small = em.read_rig(rig_file())
+    found = {"five expressions": (small.only([*expressions()]), 2.5), "small head": (small, 6.0)}
     if (data / "ict-facekit").is_dir():
         found["ICT rig"] = (em.read_rig(data / "ict-facekit"), 6.0)
     return found
@@ -218,7 +219,7 @@ def memory(given: argparse.Namespace) -> None:
         "em.make_faces(rig, out, int(faces), vertices=kind or None)\n"
         "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024)\n"
     )
-    places = {"built-in": ("built-in", 10_000, 1_000_000)}
+    places = {"small head": (str(rig_file()), 10_000, 1_000_000)}
     if (given.data / "ict-facekit").is_dir():
         places["ICT rig"] = (str(given.data / "ict-facekit"), 512, 1_000_000)
     for name, (place, some, many) in places.items():
@@ -232,7 +233,7 @@ def memory(given: argparse.Namespace) -> None:
 
 
 def dask_overhead(given: argparse.Namespace) -> None:
-    rig = em.read_rig("built-in")
+    rig = em.read_rig(rig_file())
     sampler = sampler_of(rig, 6.0)
     print(f"{_UNITS} units made by two processes, in seconds, and the time in which they made none")
     print(f"  {'handed by':12}{'each':>8}{'a minute':>10}{'all':>9}{'lost':>9}")

@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -27,9 +28,9 @@ __all__ = ["COMMANDS", "Killed", "kill_again_and_again"]
 
 _ONLY = ("--only", "jawOpen,mouthFunnel")
 COMMANDS: dict[str, tuple[str, ...]] = {
-    "export head.glb": ("export", "built-in", *_ONLY, "-o", "head.glb"),
-    "export head.npz": ("export", "built-in", *_ONLY, "-o", "head.npz"),
-    "export head.usdc": ("export", "built-in", *_ONLY, "-o", "head.usdc"),
+    "export head.glb": ("export", "rig.glb", *_ONLY, "-o", "head.glb"),
+    "export head.npz": ("export", "rig.glb", *_ONLY, "-o", "head.npz"),
+    "export head.usdc": ("export", "rig.glb", *_ONLY, "-o", "head.usdc"),
     "curves": ("curves", "neutral.obj", "-o", "curves.json"),
     "interpolate frames": (
         *("interpolate", "neutral.obj", "funnel.obj", "--frames", "40", "-o", "half.####.obj"),
@@ -105,8 +106,11 @@ def kill_again_and_again(command: tuple[str, ...], times: int, chance: random.Ra
 
 def _write_inputs(folder: Path) -> None:
     import elastomorph as em
-    from elastomorph.samples import head, shapes
 
+    sys.path.append(str(Path(__file__).parents[1] / "tests"))
+    from small_head import head, rig_file, shapes
+
+    shutil.copy(rig_file(), folder / "rig.glb")
     em.write(folder / "neutral.obj", head())
     em.write(folder / "funnel.obj", shapes()["mouthFunnel"])
 

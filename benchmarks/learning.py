@@ -29,7 +29,7 @@ from elastomorph.curves import CurveNetwork
 from elastomorph.evaluation import find_movements
 from elastomorph.io.sequences import Recording, read_recording, write_mdd
 from elastomorph.io.vertex_lists import read_curves
-from elastomorph.samples import recorded_motion
+from elastomorph.samples import landmarks, recorded_motion
 from measuring import data_folder
 
 CURVES = Path(__file__).parent / "animface_curves.json"
@@ -47,7 +47,8 @@ REPETITIONS = {
 Take = tuple[Recording, CurveNetwork]
 DENSE, SHEET = (67, 1000), (175, 200)
 WAYS = ("jaw", "317-408", {"chin, markers": "Chin", "corner of the mouth, markers": "Mouth_Lend"})
-WAYS_OF_HEAD = {"chin, built-in head": 912, "corner of the mouth, built-in head": 1968}
+WAYS_OF_HEAD = {"chin, built-in head": 8, "corner of the mouth, built-in head": 54}
+"""Of the 68 landmarks."""
 
 
 def main() -> int:
@@ -228,10 +229,11 @@ def _draw(takes: dict[str, Take], file: Path) -> None:
     source, part, names = WAYS
     take, network = takes[source]
     markers = take.motion.part(*map(int, part.split("-")))
-    head = recorded_motion()
+    head, marks = recorded_motion(), landmarks()
+    ways = {title: marks[number] for title, number in WAYS_OF_HEAD.items()}
     rows = (
         (markers, network, {title: take.names.index(name) for title, name in names.items()}, "arc"),
-        (head, em.extract_curves(head.mesh), WAYS_OF_HEAD, "auto"),
+        (head, em.extract_curves(head.mesh), ways, "auto"),
     )
     figure = Figure(figsize=(10, 6.4), layout="constrained")
     panels = figure.subplots(len(rows), len(names))

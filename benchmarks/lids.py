@@ -1,19 +1,17 @@
 """How deep lids cut into the eyeball on their way, by method, at 11 times.
 
-    python benchmarks/lids.py [--rig FOLDER] [--methods linear,auto,rotation]
+    python benchmarks/lids.py [--methods linear,auto,rotation]
 
-Every shape of the left lids of the built-in head and of a rig, ICT FaceKit by default. A cut is how
-far a vertex of the skin lies below the surface of the eyeball, in the direction from the eyeball's
-centre, if it was outside with the eye at rest; the eyeballs stay as they are at rest.
+Every shape of the left lids of the built-in head. A cut is how far a vertex of the skin lies below
+the surface of the eyeball, in the direction from the eyeball's centre, if it was outside with the
+eye at rest; the eyeballs stay as they are at rest.
 """
 
 from __future__ import annotations
 
 import argparse
-import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,28 +20,25 @@ import elastomorph as em
 from elastomorph.samples import head, shapes
 
 LIDS = (
-    "eyeBlink_L", "eyeSquint_L", "eyeWide_L", "eyeLookDown_L", "eyeLookIn_L", "eyeLookOut_L",
-    "eyeLookUp_L", "cheekSquint_L",
+    "eyeBlinkLeft", "eyeSquintLeft", "eyeWideLeft", "eyeLookDownLeft", "eyeLookInLeft",
+    "eyeLookOutLeft", "eyeLookUpLeft", "cheekSquintLeft",
 )  # fmt: skip
 TIMES = np.linspace(0.0, 1.0, 11)
 _NEAR = 1.4  # of the eyeball's radius: skin that may touch it
-_ICT = {"face": slice(0, 9409), "left eyeball": slice(21451, 22221)}  # of ICT FaceKit's vertices
 
 Points = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Eye:
-    """A rig's left eye.
+    """The left eye.
 
     Attributes:
-        neutral: The whole mesh.
         centre: (3,) of the eyeball.
         radius: Of its surface, in directions (N, 3) from the centre.
         skin: Vertices of the lids and around, outside the eyeball at rest.
     """
 
-    neutral: em.Mesh
     centre: Points
     radius: Callable[[Points], Points]
     skin: NDArray[np.int64]
@@ -73,7 +68,7 @@ def eye_of(neutral: em.Mesh, ball: NDArray[np.int64], face: NDArray[np.int64]) -
     near = face[around[face] < _NEAR * far.max()]
     direction = (neutral.vertices[near] - centre) / around[near, None]
     outside = (direction[:, 2] > 0.1) & (around[near] > surface(_flat(direction)))
-    return Eye(neutral, centre, lambda way: surface(_flat(way)), near[outside])
+    return Eye(centre, lambda way: surface(_flat(way)), near[outside])
 
 
 def _flat(way: Points) -> Points:
@@ -81,50 +76,26 @@ def _flat(way: Points) -> Points:
     return way[:, :2] / (1.0 + np.clip(way[:, 2:], -0.5, 1.0))
 
 
-def built_in() -> tuple[Eye, Mapping[str, em.Mesh]]:
-    """The built-in head."""
-    mesh = head()
-    assert mesh.groups is not None
-    label = np.array(mesh.groups.names)[mesh.groups.of_face][mesh.faces.corner_faces]
-    ball, face = (
-        np.unique(mesh.faces.indices[np.isin(label, names)]).astype(np.int64)
-        for names in (("eye_L", "iris_L", "pupil_L"), ("skin", "lids", "lashes", "brows"))
-    )
-    return eye_of(mesh, ball, face), shapes()
-
-
-def scanned(folder: Path) -> tuple[Eye, Mapping[str, em.Mesh]]:
-    """ICT FaceKit."""
-    mesh = em.read(folder / "generic_neutral_mesh.obj")
-    every = np.arange(len(mesh.vertices))
-    files = {name: folder / f"{name}.obj" for name in LIDS}
-    return eye_of(mesh, every[_ICT["left eyeball"]], every[_ICT["face"]]), {
-        n: em.read(file) for n, file in files.items() if file.is_file()
-    }
-
-
 def main() -> None:
-    """Print a table for each head: the cut at the end, and the deepest between, by method."""
+    """Print a table: the cut at the end, and the deepest between, by method."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    data = Path(os.environ.get("ELASTOMORPH_DATA", "data"))
-    parser.add_argument("--rig", type=Path, default=data / "ict-facekit")
     parser.add_argument("--methods", default="linear,auto,rotation,arc")
-    chosen = parser.parse_args()
-    methods = chosen.methods.split(",")
-    heads = {"built-in": built_in}
-    if chosen.rig.is_dir():
-        heads["ICT"] = lambda: scanned(chosen.rig)
-    print("| head | shape | at the end |", " | ".join(f"`{name}`" for name in methods), "|")
-    print("|---" * (3 + len(methods)) + "|")
-    for label, make in heads.items():
-        eye, targets = make()
-        for name in LIDS:
-            if name not in targets:
-                continue
-            paths = (em.interpolate(eye.neutral, targets[name], method) for method in methods)
-            row = [_words([eye.cut(path.at(float(t))) for t in TIMES[1:-1]]) for path in paths]
-            at_end = eye.cut(targets[name].vertices)
-            print(f"| {label} | `{name}` | {at_end:.3f} |", " | ".join(row), "|")
+    methods = parser.parse_args().methods.split(",")
+    neutral, targets = head(), shapes()
+    assert neutral.groups is not None
+    label = np.array(neutral.groups.names)[neutral.groups.of_face][neutral.faces.corner_faces]
+    ball, face = (
+        np.unique(neutral.faces.indices[label == name]).astype(np.int64)
+        for name in ("eye_L", "skin")
+    )
+    eye = eye_of(neutral, ball, face)
+    print("| shape | at the end |", " | ".join(f"`{name}`" for name in methods), "|")
+    print("|---" * (2 + len(methods)) + "|")
+    for name in LIDS:
+        paths = (em.interpolate(neutral, targets[name], method) for method in methods)
+        row = [_words([eye.cut(path.at(float(t))) for t in TIMES[1:-1]]) for path in paths]
+        at_end = eye.cut(targets[name].vertices)
+        print(f"| `{name}` | {at_end:.3f} |", " | ".join(row), "|")
 
 
 def _words(cuts: list[float]) -> str:

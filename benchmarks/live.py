@@ -1,6 +1,6 @@
 """How long a phone's packet takes to the picture, and whether a long stream takes memory.
 
-Run:  python benchmarks/live.py [--rig built-in] [--take take.csv] [--minutes 10] [--lost 0.02]
+Run:  python benchmarks/live.py [--rig RIG] [--take take.csv] [--minutes 10] [--lost 0.02]
           [--shuffled 0.02] [--jitter 5] [--pace 2]
 
 Runs ``elastomorph live`` as people do and sends it a recorded take as a phone would, again and
@@ -38,13 +38,16 @@ from elastomorph.live import Replay, Weather
 from measuring import data_folder
 from viewer import ARGUMENTS, chromium
 
+sys.path.append(str(Path(__file__).parents[1] / "tests"))
+from small_head import rig_file
+
 WINDOW = {"width": 1010, "height": 640}
 SECONDS = 20.0
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--rig", default="built-in")
+    parser.add_argument("--rig", default=str(rig_file()), help="a small head by default")
     parser.add_argument("--take", type=Path, default=None)
     parser.add_argument("--minutes", type=float, default=10.0)
     parser.add_argument("--lost", type=float, default=0.02)

@@ -4,14 +4,13 @@
 
 Each target of a rig alone, by `auto`: how much deeper, at most and in % of D, and how many vertices
 cross that the straight line does not lead through, before bends are eased and after. The last line
-is the processor time of all paths with that and without, in turns. The built-in head and
-ICT FaceKit where no rig is named.
+is the processor time of all paths with that and without, in turns. The built-in head where no rig
+is named.
 """
 
 from __future__ import annotations
 
 import argparse
-import os
 import time
 from pathlib import Path
 from unittest.mock import patch
@@ -72,8 +71,7 @@ def seconds(neutral: Mesh, targets: dict[str, Mesh]) -> tuple[float, float]:
 def main() -> None:
     """Print a table and the cost for each rig."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    ict = Path(os.environ.get("ELASTOMORPH_DATA", "data")) / "ict-facekit"
-    parser.add_argument("rigs", nargs="*", default=["built-in", *([ict] if ict.is_dir() else [])])
+    parser.add_argument("rigs", nargs="*", default=["built-in"])
     parser.add_argument("--least", type=float, default=2e-4, help="fraction of D")
     parser.add_argument("--only", help="a target")
     chosen = parser.parse_args()

@@ -2,7 +2,7 @@
 
     python benchmarks/photographing.py [VARIATION …] [--folder FOLDER] [--to cameras|neutral]
 
-The built-in head with other proportions is photographed again and again, each time with one thing
+The small head with other proportions is photographed again and again, each time with one thing
 otherwise than in the plain case, and its neutral made by `elastomorph capture --to neutral`. A line
 says how many cameras were found, how far off they are, how many points of skin they share, and how
 far the surface is from the true one over what two photographs show (``captured/judging.py``), in

@@ -3,9 +3,9 @@
 Run:  python benchmarks/rivals.py [--data FOLDER] [--only built-in|hinge|takes ...]
 
 Tables in Markdown, as `docs/rivals.md` has them. The built-in motion, with every figure of
-``evaluate``; the jaw of the real rig, whose teeth and gums have a known arc; the movements of both
-marker takes, which have no surface. Each rival runs in a process of its own with one thread; times
-are of the processor, memory is beyond what the recording takes.
+``evaluate``; the jaw of the built-in head, whose teeth and gums have a known arc; the movements of
+both marker takes, which have no surface. Each rival runs in a process of its own with one thread;
+times are of the processor, memory is beyond what the recording takes.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from elastomorph.rivals.comparison import (
     run_apart,
     through_poses,
 )
-from elastomorph.samples import recorded_motion
+from elastomorph.samples import head, recorded_motion, shapes
 from measuring import data_folder
 from real_capture import marker_curves
 
@@ -61,10 +61,8 @@ def main() -> None:
     parts = options.only or ("built-in", "hinge", "takes")
     if "built-in" in parts:
         built_in(options.picture)
-    rig = options.data / "ict-facekit"
-    if "hinge" in parts and rig.is_dir():
-        neutral = em.read(rig / "generic_neutral_mesh.obj")
-        jaw("ICT FaceKit, jawOpen", neutral, em.read(rig / "jawOpen.obj"))
+    if "hinge" in parts:
+        jaw(head(), shapes()["jawOpen"])
     takes = [options.data / "animface" / f"{name}.npz" for name in TAKES]
     if "takes" in parts and all(take.is_file() for take in takes):
         markers(takes)
@@ -143,7 +141,7 @@ def about_the_jaw(found: Evaluation) -> None:
         print(f"  {label:<8} mean {away.mean():.3%}, largest {away.max():.3%} of D")
 
 
-def jaw(name: str, neutral: em.Mesh, target: em.Mesh) -> None:
+def jaw(neutral: em.Mesh, target: em.Mesh) -> None:
     """How far each leaves the true arc of teeth and gums, what folds, and what it costs."""
     parts = find_rigid_parts(neutral, target)
     assert parts is not None
@@ -167,9 +165,8 @@ def jaw(name: str, neutral: em.Mesh, target: em.Mesh) -> None:
         cost = cost_of(rival, made, recording, neutral.diameter)
         figures = [f"{100 * off.parts:.3f}", f"{100 * off.along:.3f}", str(flips)]
         rows.append([f"`{rival.label}`", *figures, *cost_texts(cost)])
-    table(
-        f"{name}, {len(neutral.vertices):,} vertices", ("", "teeth", "gums", "flips", *COSTS), rows
-    )
+    title = f"jawOpen, {len(neutral.vertices):,} vertices"
+    table(title, ("", "teeth", "gums", "flips", *COSTS), rows)
 
 
 def markers(takes: Iterable[Path]) -> None:

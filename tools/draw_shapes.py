@@ -21,9 +21,9 @@ from elastomorph.draw.sheet import picture_grid
 from elastomorph.draw.stage import Stage
 
 SIDES = ((0.0, 0.0), (40.0, 0.0))
-MOUTH = ((-4.6, 4.6), (-11.6, -3.2), (5.0, 10.0))  # cm around the built-in head's mouth: x, y, z
-EYES = ((-5.2, 5.2), (-2.6, 3.6), (5.0, 9.0))
-SIZE = {"mouth": (150, 139), "eyes": (150, 92)}
+MOUTH = ((-5.2, 5.2), (-9.2, 0.6), (6.0, 12.0))  # cm around the built-in head's mouth: x, y, z
+EYES = ((-6.2, 6.2), (-0.4, 7.2), (6.0, 11.0))
+SIZE = {"mouth": (150, 142), "eyes": (150, 92)}
 _SHAPES = {"mouth": ("jaw", "mouth", "cheek", "nose", "tongue"), "eyes": ("eye", "brow")}
 
 
@@ -31,7 +31,9 @@ def pairs(names: Sequence[str]) -> dict[str, list[str]]:
     """The shapes that are drawn together, by the name without a side."""
     found: dict[str, list[str]] = {}
     for name in names:
-        found.setdefault(name.removesuffix("_L").removesuffix("_R"), []).append(name)
+        directed = name.startswith(("jaw", "mouthLeft", "mouthRight"))
+        whole = name if directed else name.removesuffix("Left").removesuffix("Right")
+        found.setdefault(whole, []).append(name)
     if "mouthClose" in found and "jawOpen" in names:
         found["jawOpen + mouthClose"] = ["jawOpen", *found.pop("mouthClose")]
     return found
@@ -80,7 +82,11 @@ def main() -> None:
     rigs = [em.read_rig(file) for file in (chosen.beside, chosen.rig) if file]
     names = [name for name in rigs[-1].names if name.startswith(_SHAPES[chosen.place])]
     if chosen.shapes:
-        names = [name for name in names if name.partition("_")[0] in chosen.shapes]
+        names = [
+            name
+            for name in names
+            if name.removesuffix("Left").removesuffix("Right") in chosen.shapes
+        ]
     write_picture(sheet(rigs, names, chosen.place, chosen.across), chosen.output)
 
 

@@ -1,6 +1,6 @@
-"""Find the vertices of MediaPipe's 478 face landmarks on the built-in head and on ICT FaceKit's.
+"""Find the vertices of MediaPipe's 478 face landmarks on the built-in head, ICT FaceKit's.
 
-    python tools/find_landmark_sets.py --model face_landmarker.task [--rig path/to/ict-facekit]
+    python tools/find_landmark_sets.py --model face_landmarker.task
 
 The head is drawn in one colour from three sides, MediaPipe's face landmarker finds its points in
 the pictures, each goes back along its ray to the surface, and the nearest vertex of the skin to the
@@ -96,13 +96,8 @@ def main() -> None:
     """Write the table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--model", type=Path, required=True)
-    parser.add_argument("--rig", type=Path, help="folder of ICT FaceKit")
     chosen = parser.parse_args()
-    sets = {str(len(head().vertices)): found(head(), chosen.model)}
-    if chosen.rig is not None:
-        mesh = em.read(chosen.rig / "generic_neutral_mesh.obj")
-        sets[str(len(mesh.vertices))] = found(mesh, chosen.model)
-    SETS.write_text(json.dumps(sets) + "\n")
+    SETS.write_text(json.dumps(found(head(), chosen.model)) + "\n")
 
 
 if __name__ == "__main__":

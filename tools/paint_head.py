@@ -19,18 +19,18 @@ from scipy.spatial import cKDTree
 import elastomorph as em
 from elastomorph.model.geometry import component_of
 from elastomorph.model.mesh import FaceLabels, Mesh
-from elastomorph.samples.materials import SKIN
+from elastomorph.samples.materials import IMAGES, SKIN
 from photographs.noise import Spots, ValueNoise
 from texels import (
     Floats,
     chosen,
     corners_of,
     drawn,
+    encoded,
     mix,
     openness,
     picture_of,
     places,
-    png,
     rasterised,
     shrunk,
     spline,
@@ -49,7 +49,7 @@ LARGE, SMALL, MIDDLE, LEAST = 1024, 256, 512, 64
 
 NAMES = {
     "M_Face": "skin",
-    "M_BackHead": "scalp",
+    "M_BackHead": "head",
     "M_GumsTongue": "gums",
     "M_Teeth": "teeth",
     "M_ScleraLeft": "sclera",
@@ -106,7 +106,7 @@ OILY: tuple[tuple[Colour, float], ...] = (
 LIP, LIP_LINE, LID = (172, 98, 92), (112, 50, 48), (150, 84, 74)
 HAIR, LASH, SHADE = (48, 32, 24), (30, 20, 17), (58, 22, 18)
 GUM, TONGUE, THROAT = (172, 90, 90), (166, 88, 86), (70, 26, 26)
-TOOTH, ROOT = (212, 202, 182), (190, 164, 122)
+TOOTH, ROOT = (226, 220, 205), (206, 184, 148)
 WHITE, CORNER, VEIN = (218, 210, 202), (204, 170, 160), (184, 92, 80)
 RIM, IRIS, HEART, PUPIL = (30, 35, 38), (84, 104, 108), (128, 112, 76), (8, 8, 9)
 LIMBUS, OPENING = 0.157, 0.056  # radii of iris and pupil in the texture coordinates
@@ -139,7 +139,7 @@ def labels(neutral: Mesh) -> FaceLabels:
 
 
 def paint(neutral: Mesh) -> dict[str, bytes]:
-    """Paint all images of the head, as PNG by the names that its materials know.
+    """Paint all images of the head, by the names of files that its materials know.
 
     Args:
         neutral: ICT's generic neutral, all its vertices in their order.
@@ -149,13 +149,13 @@ def paint(neutral: Mesh) -> dict[str, bytes]:
     mouth, teeth = _mouth(neutral, part)
     images = {"skin": skin, "shine": shine, "eye": _eye(), "mouth": mouth, "teeth": teeth}
     images |= {"lashes": _lashes(), "shadow": _shadow()}
-    return {name: png(image) for name, image in images.items()}
+    return {name: encoded(images[Path(name).stem], name) for name in IMAGES}
 
 
 def _skin(neutral: Mesh, part: FaceLabels) -> tuple[Floats, Floats]:
     """Colour, and smaller how it shines: openness to light in red and roughness in green."""
     own = chosen(part, "skin")
-    border = np.intersect1d(corners_of(neutral, own), corners_of(neutral, chosen(part, "scalp")))
+    border = np.intersect1d(corners_of(neutral, own), corners_of(neutral, chosen(part, "head")))
     inward = cKDTree(neutral.vertices[border]).query(neutral.vertices)[0]
     light = openness(neutral, own, ~chosen(part, *THIN), SEED)
     under = rasterised(neutral, own, np.column_stack([neutral.vertices, light, inward]), LARGE)
@@ -180,7 +180,7 @@ def _skin(neutral: Mesh, part: FaceLabels) -> tuple[Floats, Floats]:
     colour *= grain[..., None] * (1 - freckles[..., None] * [0.05, 0.10, 0.12])
     # In a crease light goes from skin to skin, and is red when it leaves.
     colour *= np.clip(light, 0.05, 1)[..., None] ** [0.50, 0.72, 0.78]
-    # The scalp has one colour: toward it differences from that go.
+    # The back of the head has one colour: toward it differences from that go.
     fade = step(inward, 0.1, 2.6)
     colour = np.array(SKIN) * (1 + fade[..., None] * (colour - 1))
 
@@ -307,10 +307,10 @@ def _mouth(neutral: Mesh, part: FaceLabels) -> tuple[Floats, Floats]:
     points = rasterised(neutral, chosen(part, "teeth"), neutral.vertices, SMALL)
     height = points[..., 1]
     root = np.maximum(step(height, -1.9, -1.2), step(-height, 4.7, 5.3))
-    tooth = mix(np.broadcast_to(TOOTH, points.shape), ROOT, 0.6 * root)
+    tooth = mix(np.broadcast_to(TOOTH, points.shape), ROOT, 0.35 * root)
     # Between parted lips of the neutral only edges are seen; shining ones would be a white line.
-    edge = 1 - 0.34 * np.where(height > -3.6, step(-height, 3.05, 3.4), 0.0)
-    deep = 0.58 + 0.42 * step(points[..., 2], 4.5, 10.0)
+    edge = 1 - 0.16 * np.where(height > -3.6, step(-height, 3.05, 3.4), 0.0)
+    deep = 0.78 + 0.22 * step(points[..., 2], 4.5, 10.0)
     return mouth * tone[..., None], tooth * (edge * deep)[..., None]
 
 
@@ -346,5 +346,5 @@ def _with_opacity(colour: Colour, alpha: Floats) -> Floats:
 if __name__ == "__main__":
     folder = Path(sys.argv[2])
     for name, content in paint(em.read(sys.argv[1])).items():
-        (folder / f"{name}.png").write_bytes(content)
+        (folder / name).write_bytes(content)
         print(f"{name}: {len(content):,} bytes")

@@ -30,7 +30,7 @@ AT_LIDS = slice(24591, 26719)  # tears, shadows and lashes, behind the eyeballs
 # How far each part goes, when it starts and ends, and how unevenly: below 1 it hurries at first.
 _PACE = {
     "jawOpen": (1.0, 0.0, 1.0, 0.8),
-    "glide": (1.0, 0.0, 1.0, 0.9),  # a healthy condyle glides while the jaw turns, barely behind
+    "glide": (1.0, 0.0, 1.0, 0.8),  # a condyle glides in step with the turn
     "mouthSmile": (1.0, 0.08, 0.95, 1.0),
     "mouthStretch": (0.35, 0.1, 0.9, 1.2),
     "mouthUpperUp": (0.35, 0.15, 0.95, 1.0),

@@ -15,7 +15,7 @@ from scipy.ndimage import distance_transform_edt
 from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
 
 __all__ = [
-    "Floats", "chosen", "corners_of", "drawn", "mix", "openness", "picture_of", "places", "png",
+    "Floats", "chosen", "corners_of", "drawn", "encoded", "mix", "openness", "picture_of", "places",
     "rasterised", "shrunk", "spline", "step", "stroke", "texture_coordinates",
 ]  # fmt: skip
 
@@ -168,9 +168,12 @@ def step(values: Floats, start: float, stop: float) -> Floats:
     return np.asarray(s * s * (3 - 2 * s))
 
 
-def png(image: Floats) -> bytes:
-    """A file of (H, W, 3 or 4) numbers from 0 to 255."""
+def encoded(image: Floats, name: str) -> bytes:
+    """The content of an image file, by its name, of (H, W, 3 or 4) numbers from 0 to 255."""
     file = BytesIO()
-    pixels = np.clip(np.rint(image), 0, 255).astype(np.uint8)
-    Image.fromarray(pixels).save(file, "PNG", optimize=True, compress_level=9)
+    picture = Image.fromarray(np.clip(np.rint(image), 0, 255).astype(np.uint8))
+    if name.endswith(".jpg"):
+        picture.save(file, "JPEG", quality=92, subsampling=0, optimize=True)
+    else:
+        picture.save(file, "PNG", optimize=True, compress_level=9)
     return file.getvalue()

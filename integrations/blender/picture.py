@@ -18,10 +18,10 @@ sys.path.insert(0, str(Path(__file__).parent / "tests"))
 
 import bpy
 import numpy as np
-from heads import add_head, built_in, evaluated, select, set_weights
+from heads import add_head, evaluated, select, set_weights, stored
 from mathutils import Matrix
 
-WEIGHTS = {"jawOpen": 0.5, "eyeBlink_L": 0.5, "eyeBlink_R": 0.5}
+WEIGHTS = {"jawOpen": 0.5, "eyeBlinkLeft": 0.5, "eyeBlinkRight": 0.5}
 LABELS = ("straight: jawOpen 0.5, eyeBlink 0.5", "bent: the same weights", "how far they are apart")
 TURN = 55.0  # Degrees from the front to the side
 WIDTH, HEIGHT = 960, 500
@@ -34,15 +34,17 @@ def draw(extension: str, path: str) -> None:
         filepath=extension, repo="user_default", enable_on_install=True
     )
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    rig = built_in(*WEIGHTS)
+    import elastomorph as em
+
+    rig = stored(em.read_rig("built-in"), *WEIGHTS)
     upright = Matrix.Rotation(radians(TURN), 4, "Z") @ Matrix.Rotation(radians(90), 4, "X")
     heads = []
     for label, place in zip(LABELS, (-1, 0, 1), strict=True):
         head = add_head(rig, label)
-        head.matrix_world = Matrix.Translation((21.5 * place, 0, 0)) @ upright
+        head.matrix_world = Matrix.Translation((25 * place, 0, 0)) @ upright
         head.data.shade_smooth()
         set_weights(head, WEIGHTS)
-        add_label(label, (21.5 * place, -12, -20.6))
+        add_label(label, (25 * place, -14, -23))
         heads.append(head)
     straight = evaluated(heads[0]) - np.array(heads[0].location)
     for head in heads[1:]:
@@ -78,7 +80,7 @@ def skin(mesh: bpy.types.Mesh, shown: np.ndarray | None) -> bpy.types.Material:
 def add_label(text: str, place: tuple[float, float, float]) -> None:
     """A line of text that faces the camera."""
     curve = bpy.data.curves.new(text, "FONT")
-    curve.body, curve.size, curve.align_x = text, 1.2, "CENTER"
+    curve.body, curve.size, curve.align_x = text, 1.4, "CENTER"
     thing = bpy.data.objects.new(text, curve)
     thing.location, thing.rotation_euler = place, (radians(90), 0, 0)
     material = bpy.data.materials.new("Ink")
@@ -101,7 +103,7 @@ def render(path: str) -> None:
     """The scene from the front, by Cycles on the processor."""
     scene = bpy.context.scene
     camera = bpy.data.cameras.new("Camera")
-    camera.type, camera.ortho_scale = "ORTHO", 66
+    camera.type, camera.ortho_scale = "ORTHO", 77
     scene.camera = bpy.data.objects.new("Camera", camera)
     scene.camera.location, scene.camera.rotation_euler = (0, -100, -4.6), (radians(90), 0, 0)
     scene.collection.objects.link(scene.camera)

@@ -104,7 +104,7 @@ _HOMES = {
 __all__ = sorted({*(name for names in _HOMES.values() for name in names), *_errors})
 
 
-__getattr__ = lazy_names(__name__, {**_HOMES, "rig": ("timing",)})
+__getattr__ = lazy_names(__name__, {**_HOMES, "rig": ("timing",), "samples": ()})
 
 
 def __dir__() -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import elastomorph as em
-from elastomorph.rig.performance.naming import ARKIT
+from elastomorph.rig.naming import ARKIT
 
 __all__ = ["NAMES", "RIG", "column"]
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 import elastomorph as em
-from elastomorph.rig.performance.naming import side_pairs
+from elastomorph.rig.naming import side_pairs
 from elastomorph.rig.sliders import weight_combinations
 
 JAW = ["jawForward", "jawRight", "jawLeft", "jawOpen", "mouthClose"]

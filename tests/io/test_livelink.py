@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from elastomorph.errors import FileError, FormatError, ParameterError
 from elastomorph.io.performance import read_livelink
 from elastomorph.io.timecode import TimecodeClock
+from elastomorph.rig.naming import ARKIT
 from elastomorph.rig.performance import match
-from elastomorph.rig.performance.naming import ARKIT
 
 HEADER = "Timecode,BlendShapeCount,JawOpen,HeadYaw"
 

@@ -150,7 +150,7 @@ def test_the_viewer_stands_in_a_frame_of_its_own(root: Element) -> None:
     before, after = VIEWER.split("<!-- elastomorph scene -->")
     assert inside.startswith(before)
     assert inside.endswith(after)
-    assert inside.count("application/octet-stream") == 6  # five methods and the recording
+    assert inside.count("application/zlib") == 6  # five methods and the recording
     assert "allow-same-origin" not in frame.attributes["sandbox"]
     assert frame.attributes["loading"] == "lazy"
     assert frame.attributes["title"]

@@ -1,150 +1,236 @@
-"""The head as a mesh: size, quads, manifold, closed where it should be, mirror symmetric."""
+"""The built-in head: ICT-FaceKit's in all its shapes, by ARKit's names, with its paths."""
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
+import pytest
+from scipy.spatial import cKDTree
 
-from elastomorph.samples import head
-from sculptor import groups
-from sculptor.anatomy import EYE_CENTRE, EYE_RADIUS, skin
-from sculptor.layout import COLUMNS, EYE
+import elastomorph as em
+from elastomorph.errors import FormatError
+from elastomorph.model.geometry import moved_extent
+from elastomorph.rig.naming import ARKIT, shape_of
+from elastomorph.rig.performance import slider_weights
+from elastomorph.samples import (
+    built_in_head,
+    built_in_rig,
+    expressions,
+    head,
+    landmarks,
+    recorded_motion,
+    shapes,
+)
+from elastomorph.samples.paper_expressions import EXPRESSIONS
 
-MIRROR = np.array([-1.0, 1.0, 1.0])
-
-
-def test_size_and_quads(neutral):
-    assert 4500 <= len(neutral.vertices) <= 5600
-    assert (neutral.faces.sizes == 4).mean() > 0.95
-    assert set(neutral.faces.sizes.tolist()) <= {3, 4}
-    assert head() is neutral
-
-
-def test_it_is_about_as_large_as_a_head_in_centimetres(neutral, whole):
-    points = neutral.vertices[whole.part == "skin"]
-    middle = points[np.abs(points[:, 0]) < 1e-9]
-    chin = middle[(middle[:, 2] > 7.0)][:, 1].min()
-    assert 22.0 < points[:, 1].max() - chin < 25.0
-    assert 14.0 < np.ptp(points[points[:, 1] > 2.0][:, 0]) < 16.0
-    assert points[:, 2].argmax() in np.flatnonzero(np.abs(points[:, 0]) < 0.5)  # the nose
-
-
-def test_every_edge_has_one_polygon_on_each_side_wound_alike(runs):
-    _, times = np.unique(runs, axis=0, return_counts=True)
-    assert times.max() == 1, "two polygons run along an edge in the same direction"
+LOWER_TEETH = slice(19247, 21451)
+RELAXED = [12307, 12308, 13292, 13293]  # jump in the lining of the mouth, to the left and right
+HALVES = ("browInnerUp", "cheekPuff")  # of which ICT-FaceKit has a left and a right file
 
 
-def test_borders_are_the_neck_and_the_inner_ends_of_the_lids(runs, whole):
-    there = {tuple(edge) for edge in runs.tolist()}
-    border = np.array([edge for edge in there if edge[::-1] not in there])
-    neck = whole.lay.grid[-1]
-    lids = whole.lay.eye[-1]
-    rims = [neck, lids]
-    expected = {int(v) for rim in rims for v in (*rim, *whole.partner[rim])}
-    assert set(border.ravel().tolist()) == expected
-    assert len(border) == 2 * COLUMNS + 2 * len(EYE.outline())
+@pytest.fixture(scope="module")
+def folder(data_dir: Path) -> Path:
+    return data_dir / "ict-facekit"
 
 
-def test_euler_characteristic_of_each_component(neutral, whole, pieces):
-    """V − E + F: 2 for a closed piece, and −1 for the skin, a sphere with three holes."""
-    corner_piece = pieces[neutral.faces.indices[neutral.faces.offsets[:-1]]]
-    found = {}
-    for piece in np.unique(pieces):
-        vertices = int((pieces == piece).sum())
-        edges = int((pieces[neutral.edges[:, 0]] == piece).sum())
-        names = set(whole.part[pieces == piece].tolist())
-        assert len(names) == 1
-        found[names.pop()] = vertices - edges + int((corner_piece == piece).sum())
-    assert found == {
-        "skin": -1,
-        "eye_L": 2,
-        "eye_R": 2,
-        "upper_teeth": 2,
-        "lower_teeth": 2,
-        "tongue": 2,
-    }
+# Up to the left eyeball all vertices are ICT-FaceKit's, then those that are seen: the right sclera.
+SKIN_TO_EYE = 22221
+THEIRS = np.r_[0:SKIN_TO_EYE, 23021:23791]
 
 
-def test_closed_pieces_are_wound_outward(neutral, whole):
-    """The signed volume of a closed surface is positive when its polygons face outward."""
-    a, b, c = neutral.vertices[neutral.faces.triangles()].swapaxes(0, 1)
-    volume = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0
-    part = whole.part[neutral.faces.triangles()[:, 0]]
-    for name in ("eye_L", "eye_R", "upper_teeth", "lower_teeth", "tongue"):
-        assert volume[part == name].sum() > 0.1, name
-    sphere = 4.0 / 3.0 * np.pi * EYE_RADIUS**3
-    assert 0.93 * sphere < volume[part == "eye_L"].sum() < sphere
+def test_the_neutral_is_that_of_ict_facekit(folder: Path) -> None:
+    """Vertices within 3e-6 of D, polygons and texture coordinates in their order."""
+    theirs, ours = em.read(folder / "generic_neutral_mesh.obj"), head()
+    away = np.linalg.norm(ours.vertices[: len(THEIRS)] - theirs.vertices[THEIRS], axis=1)
+    assert away.max() < 3e-6 * theirs.diameter
+    further = cKDTree(theirs.vertices).query(ours.vertices[len(THEIRS) :])[0]
+    assert further.max() < 3e-6 * theirs.diameter
+    polygons = [
+        [face.tolist() for face in mesh.faces if face.max() < SKIN_TO_EYE]
+        for mesh in (theirs, ours)
+    ]
+    assert polygons[0] == polygons[1]
+    corners = sum(map(len, polygons[0]))
+    assert ours.uv is not None
+    assert theirs.uv is not None
+    np.testing.assert_allclose(
+        ours.uv.coordinates[ours.uv.corners[:corners]],
+        theirs.uv.coordinates[theirs.uv.corners[:corners], :2],
+        atol=5e-5,
+    )
 
 
-def test_the_skin_faces_outward(neutral, whole):
-    """Its normals point away from the inside of the sculpted volume."""
-    outer = [whole.lay.grid[row, column] for row in (2, 5, 30, 38) for column in range(0, 32, 3)]
-    triangles = neutral.faces.triangles()
-    a, b, c = neutral.vertices[triangles].swapaxes(0, 1)
-    normals = np.zeros_like(neutral.vertices)
-    for k in range(3):
-        np.add.at(normals, triangles[:, k], np.cross(b - a, c - a))
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    points = neutral.vertices[outer]
-    assert (skin(points + 0.3 * normals[outer]) > skin(points - 0.3 * normals[outer])).all()
+def test_each_shape_is_the_sum_of_its_files(folder: Path) -> None:
+    """Displacements within 2e-5 of D, those of two halves added up."""
+    neutral = em.read(folder / "generic_neutral_mesh.obj")
+    moves: dict[str, Any] = {}
+    for file in sorted(folder.glob("*.obj")):
+        if (shape := shape_of(file.stem)) is not None:
+            name = next((own for own in HALVES if own in shape), shape)
+            moves[name] = moves.get(name, 0.0) + em.read(file).vertices - neutral.vertices
+    assert {*moves} == {*ARKIT} - {"tongueOut"}
+    for name, move in moves.items():
+        ours = (shapes()[name].vertices - head().vertices)[: len(THEIRS)]
+        away = np.linalg.norm(ours - move[THEIRS], axis=1)
+        if name in ("mouthLeft", "mouthRight"):
+            away[RELAXED] = 0.0
+        assert away.max() < 2e-5 * neutral.diameter, name
 
 
-def test_mirror_symmetry_of_vertices(neutral, whole):
-    image = neutral.vertices[whole.partner] * MIRROR
-    np.testing.assert_array_equal(image, neutral.vertices)
-    np.testing.assert_array_equal(whole.partner[whole.partner], np.arange(len(whole.partner)))
+def test_landmarks_are_those_of_ict_facekit(folder: Path) -> None:
+    listed = (folder / "vertex_indices.json").read_text().partition('"idx_to_landmark_verts": [')[2]
+    assert landmarks() == tuple(int(word) for word in listed.partition("]")[0].split(","))
 
 
-def test_mirror_symmetry_of_polygons_and_groups(neutral, whole):
-    def canonical(face):
-        first = face.index(min(face))
-        return tuple(face[first:] + face[:first])
-
-    side = str.maketrans("LR", "RL")
-    names = neutral.groups.names
-    groups_of = {
-        canonical(face.tolist()): names[label]
-        for face, label in zip(neutral.faces, neutral.groups.of_face, strict=True)
-    }
-    assert len(groups_of) == len(neutral.faces)
-    for face, name in groups_of.items():
-        mirrored = canonical([int(whole.partner[v]) for v in reversed(face)])
-        expected = name.translate(side) if name[-2:] in ("_L", "_R") else name
-        assert groups_of[mirrored] == expected
+def test_shapes_are_the_52_of_arkit_in_its_order() -> None:
+    assert tuple(shapes()) == ARKIT
+    assert all(mesh.faces is head().faces for mesh in shapes().values())
+    assert all((mesh.vertices != head().vertices).any() for mesh in shapes().values())
 
 
-def test_left_is_plus_x(neutral):
-    names = neutral.groups.names
-    for name, sign in ((groups.EYES["L"], 1.0), (groups.EYES["R"], -1.0)):
-        chosen = np.flatnonzero(neutral.groups.of_face == names.index(name))
-        points = np.concatenate([neutral.vertices[neutral.faces[face]] for face in chosen])
-        assert (sign * points[:, 0] > 0.0).all()
+def test_left_is_plus_x() -> None:
+    """Shapes of one side move hardly anything on the other."""
+    x = head().vertices[:, 0]
+    for name, mesh in shapes().items():
+        if name.endswith(("Left", "Right")) and not name.startswith(("jaw", "mouthLeft", "mouthR")):
+            away = np.linalg.norm(mesh.vertices - head().vertices, axis=1)
+            sign = 1.0 if name.endswith("Left") else -1.0
+            assert away[sign * x > 0].sum() > 4.0 * away[sign * x < 0].sum(), name
 
 
-def test_no_two_vertices_coincide_and_no_edge_is_degenerate(neutral):
-    from scipy.spatial import cKDTree
-
-    nearest = cKDTree(neutral.vertices).query(neutral.vertices, k=2)[0][:, 1]
-    assert nearest.min() > 1e-3
-    ends = neutral.vertices[neutral.edges]
-    assert np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).min() > 1e-2
-
-
-def test_no_polygon_of_the_neutral_is_folded(neutral):
-    """All corners of a polygon turn the same way about its own normal."""
-    for face in neutral.faces:
-        points = neutral.vertices[face]
-        corners = np.cross(points - np.roll(points, 1, 0), np.roll(points, -1, 0) - points)
-        assert (corners @ corners.sum(axis=0) > -1e-9).all(), face
-
-
-def test_teeth_and_tongue_are_inside_the_closed_face(neutral, whole):
-    hidden = np.isin(whole.part, ("upper_teeth", "lower_teeth", "tongue"))
-    points = neutral.vertices[hidden]
-    points = np.c_[np.abs(points[:, 0]), points[:, 1:]]
-    assert skin(points).max() < -0.2
+def test_the_tongue_comes_out_between_the_teeth() -> None:
+    """It ends in front of the lower lip and below it, the jaw open for it, the skull still."""
+    moved, rest = shapes()["tongueOut"].vertices, head()
+    assert rest.materials is not None
+    tongue = rest.materials.of_face == rest.materials.names.index("tongue")
+    vertices = np.unique(rest.faces.indices[np.repeat(tongue, rest.faces.sizes)])
+    tip = vertices[moved[vertices, 2].argmax()]
+    lower_lip = moved[landmarks()[57]]
+    assert moved[tip, 2] > lower_lip[2]
+    assert moved[tip, 1] < lower_lip[1]
+    assert abs(moved[tip, 0]) < 0.5
+    jaw = shapes()["jawOpen"].vertices
+    still = (jaw == rest.vertices).all(axis=1)
+    still[vertices] = False
+    np.testing.assert_array_equal(moved[still], rest.vertices[still])
+    teeth = moved[LOWER_TEETH] - rest.vertices[LOWER_TEETH]
+    opened = jaw[LOWER_TEETH] - rest.vertices[LOWER_TEETH]
+    assert 0.3 < (teeth * opened).sum() / (opened**2).sum() < 0.6
 
 
-def test_eyeballs_are_spheres(neutral, whole):
-    for part, sign in (("eye_L", 1.0), ("eye_R", -1.0)):
-        offset = neutral.vertices[whole.part == part] - EYE_CENTRE * [sign, 1.0, 1.0]
-        np.testing.assert_allclose(np.linalg.norm(offset, axis=1), EYE_RADIUS, atol=1e-7)
+def test_expressions_are_sums_of_shapes_on_both_sides() -> None:
+    start = head().vertices
+    assert list(expressions()) == list(EXPRESSIONS)
+    for name, recipe in EXPRESSIONS.items():
+        expected = start.copy()
+        for word, weight in recipe.items():
+            for shape in {word, f"{word}Left", f"{word}Right"} & {*shapes()}:
+                expected += weight * (shapes()[shape].vertices - start)
+        np.testing.assert_allclose(expressions()[name].vertices, expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["jawOpen", "eyeBlinkLeft", "cheekPuff", "browDownRight"])
+def test_its_paths_are_those_of_auto(name: str) -> None:
+    """They are kept as they were made, in whole steps: within what each of them states."""
+    rig = built_in_rig()
+    targets = [morph.target for morph in rig.morphs.values()]
+    extent = moved_extent(head().vertices, (mesh.vertices for mesh in targets))
+    made = em.prepare(head(), "auto", extent=extent, targets=targets)(shapes()[name])
+    kept = rig.morphs[name]
+    assert len(kept.bends) == len(made.bends)
+    assert kept.method == made.method
+    assert kept.target is shapes()[name]
+    assert kept.choice is not None
+    assert made.choice is not None
+    assert kept.choice.straight == made.choice.straight
+    assert kept.choice.distance == pytest.approx(made.choice.distance, rel=1e-6)
+    assert kept.bake_error < made.bake_error + 1e-4
+    for t in (0.25, 0.5, 0.75):
+        away = np.linalg.norm(kept.at(t) - made.at(t), axis=1).max()
+        assert away <= (kept.bake_error - made.bake_error) * head().diameter + 1e-9
+
+
+def test_the_rig_has_shapes_and_expressions() -> None:
+    rig = em.read_rig("built-in")
+    assert rig.names == (*ARKIT, *EXPRESSIONS)
+    assert rig.neutral is head()
+    assert sum(len(morph.bends) > 0 for morph in rig.morphs.values()) > 10
+    straight = em.read_rig("built-in", method="linear")
+    assert not any(len(morph.bends) for morph in straight.morphs.values())
+
+
+def test_the_motion_begins_with_the_neutral_bit_for_bit() -> None:
+    motion = recorded_motion()
+    assert len(motion) == 11
+    np.testing.assert_allclose(motion.times, np.arange(11) / 10)
+    assert motion.frames[0].tobytes() == head().vertices.tobytes()
+    assert motion.mesh.faces is head().faces
+
+
+def test_the_lower_teeth_of_the_motion_move_rigidly() -> None:
+    """Distances between them stay, but for rounding to steps of 5e-4 cm."""
+    frames = recorded_motion().frames[:, LOWER_TEETH]
+    some = np.random.default_rng(0).integers(frames.shape[1], size=(2, 200))
+    lengths = np.linalg.norm(frames[:, some[0]] - frames[:, some[1]], axis=2)
+    np.testing.assert_allclose(lengths, np.broadcast_to(lengths[0], lengths.shape), atol=2e-3)
+    assert np.linalg.norm(frames[-1] - frames[0], axis=1).max() > 2.0
+
+
+@pytest.mark.parametrize("spelling", ["browInnerUp", "browInnerUp_{}", "BrowInnerUp{}"])
+def test_takes_drive_whole_shapes_and_halves(spelling: str, tmp_path: Path) -> None:
+    """`browInnerUp` of ARKit, or both halves of it as ICT-FaceKit has them."""
+    sides = ("L", "R") if "_" in spelling else ("Left", "Right")
+    names = list(dict.fromkeys(spelling.format(side) for side in sides))
+    file = tmp_path / "take.csv"
+    file.write_text(
+        "\n".join([",".join(["time", *names]), "0" + ",0" * len(names)])
+        + "\n1"
+        + ",0.5" * len(names)
+        + "\n"
+    )
+    rig = built_in_rig()
+    weights = slider_weights(rig, em.read_performance(file))
+    assert weights[1, rig.names.index("browInnerUp")] == pytest.approx(0.5)
+    assert np.count_nonzero(weights) == 1
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right"),
+    [
+        ("eyeBlink_L", "eyeBlinkLeft"),
+        ("mouthSmile_R", "mouthSmileRight"),
+        ("cheekPuff_L", "cheekPuff"),
+    ],
+)
+def test_other_spellings_are_told_the_right_one(wrong: str, right: str) -> None:
+    with pytest.raises(em.ParameterError, match=f"'{right}'"):
+        built_in_rig().pose({wrong: 1.0})
+
+
+def test_whose_it_is_stands_in_what_is_written(tmp_path: Path) -> None:
+    em.write(tmp_path / "head.glb", built_in_rig())
+    again = em.read_rig(tmp_path / "head.glb").neutral
+    assert "USC Institute for Creative Technologies" in again.copyright
+    assert "MIT" in again.copyright
+    assert again.appearance is not None
+    assert {*again.appearance} == {*(head().appearance or ())}
+    licence = Path(built_in_head.__file__).parent / "ict-facekit" / "LICENSE"
+    assert "USC Institute for Creative Technologies" in licence.read_text()
+
+
+@pytest.mark.parametrize("damage", ["cut", "other", "missing"])
+def test_damaged_files_say_so(damage: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The file is named, and installing the package again is what helps."""
+    source = Path(built_in_head.__file__).parent / "shapes.npz"
+    file = tmp_path / "shapes.npz"
+    if damage == "cut":
+        file.write_bytes(source.read_bytes()[:-1000])
+    elif damage == "other":
+        with np.load(source) as arrays:
+            np.savez(file, **{**arrays, "version": 99})
+    monkeypatch.setattr(built_in_head, "files", lambda _: tmp_path)
+    with pytest.raises(FormatError, match="install elastomorph again") as found:
+        built_in_head._stored.__wrapped__("shapes")
+    assert "shapes.npz" in str(found.value)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import zlib
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -55,7 +56,8 @@ def scene_in(page: str) -> tuple[dict[str, Any], list[bytes]]:
     glbs = []
     for model in scene["models"]:
         assert model["glb"].startswith("#")
-        glbs.append(base64.b64decode(texts[model["glb"][1:]], validate=True))
+        packed = base64.b64decode(texts[model["glb"][1:]], validate=True)
+        glbs.append(zlib.decompress(packed))
     return scene, glbs
 
 

@@ -52,7 +52,7 @@ def test_a_path_begins_half_way(stand_in: str, curved: em.Morph) -> None:
     assert scene["start"] == {"weights": {"motion": 1.0}, "t": 0.5}
 
 
-@pytest.mark.parametrize("limit", [100, 3000])
+@pytest.mark.parametrize("limit", [100, 2000])
 def test_what_is_too_large_says_how_to_view_it(
     stand_in: str, rig: Rig, monkeypatch: pytest.MonkeyPatch, limit: int
 ) -> None:

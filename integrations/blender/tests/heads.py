@@ -1,21 +1,29 @@
 """Heads in the scene, and where their vertices are when Blender has evaluated everything."""
 
+import sys
 from collections.abc import Mapping, Sequence
 from functools import cache
+from pathlib import Path
 
 import bpy
 import numpy as np
+
+sys.path.append(str(Path(__file__).parents[3] / "tests"))
 
 CLOSE = 1e-5
 """Of D: how close what Blender shows is to the rig."""
 
 
 @cache
-def built_in(*names: str):
-    """Some targets of the built-in head, or all, as Blender stores them; with paths."""
-    import elastomorph as em
+def small_head(*names: str):
+    """Some targets of the small head, or all, as Blender stores them; with paths."""
+    from small_head import bare_head
 
-    rig = em.read_rig("built-in")
+    return stored(bare_head(), *names)
+
+
+def stored(rig, *names: str):
+    """Some targets of a rig, or all, as Blender stores them; with paths."""
     chosen = names or tuple(rig.morphs)
     return with_paths(single(rig.neutral), {name: single(rig[name].target) for name in chosen})
 
@@ -171,7 +179,7 @@ def frames_apart(things, rig, weights) -> float:
 
 def add_performed(names: Sequence[str] = ("jawOpen", "eyeBlink_L", "mouthSmile_L")):
     """A bent head that plays random weights for 12 frames, its rig and the weights."""
-    rig = built_in(*names)
+    rig = small_head(*names)
     head = add_head(rig)
     weights = random_weights(names)
     set_keyframes(head, weights)

@@ -7,11 +7,11 @@ from heads import (
     add_performed,
     apart,
     bend_keys,
-    built_in,
     curves_of,
     evaluated,
     fcurves,
     frames_apart,
+    small_head,
 )
 
 
@@ -30,7 +30,7 @@ def test_keyframes_in_place_of_drivers_play_the_same():
 
 def test_what_other_drivers_move_is_baked_too():
     """A slider that a property of an object drives, as rigs have them."""
-    rig = built_in("jawOpen")
+    rig = small_head("jawOpen")
     head = add_head(rig)
     control = bpy.data.objects.new("Control", None)
     bpy.context.scene.collection.objects.link(control)

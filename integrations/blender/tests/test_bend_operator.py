@@ -8,13 +8,13 @@ from heads import (
     add_head,
     apart,
     bend_keys,
-    built_in,
     evaluated,
     frames_apart,
     random_weights,
     select,
     set_keyframes,
     set_weights,
+    small_head,
     split,
     with_paths,
 )
@@ -24,8 +24,8 @@ SOME = ("jawOpen", "eyeBlink_L", "mouthSmile_L", "browInnerUp", "cheekPuff")
 
 
 def test_every_frame_is_the_pose_of_the_rig():
-    """All targets of the built-in head at once, stored as closely as single precision can."""
-    rig = built_in()
+    """All targets of the small head at once, stored as closely as single precision can."""
+    rig = small_head()
     head = add_head(rig)
     weights = random_weights(rig.names, 8)
     set_keyframes(head, weights)
@@ -36,7 +36,7 @@ def test_every_frame_is_the_pose_of_the_rig():
 
 
 def test_each_target_is_within_the_tolerance():
-    rig = built_in()
+    rig = small_head()
     head = add_head(rig)
     bpy.ops.elastomorph.bend()
     for name in {bend.rpartition(".")[0] for bend in bend_keys(head)}:
@@ -47,7 +47,7 @@ def test_each_target_is_within_the_tolerance():
 
 
 def test_paths_go_on_straight_beyond_their_ends():
-    rig = built_in(*SOME)
+    rig = small_head(*SOME)
     head = add_head(rig)
     weights = random_weights(SOME, 12, -0.5, 1.5)
     set_keyframes(head, weights)
@@ -57,7 +57,7 @@ def test_paths_go_on_straight_beyond_their_ends():
 
 @pytest.mark.parametrize("method", ["arc", "beam:3", "plate:2", "cosine", "ease:3"])
 def test_each_method_is_as_elastomorph_computes_it(method):
-    known = built_in("jawOpen", "mouthSmile_L")
+    known = small_head("jawOpen", "mouthSmile_L")
     targets = {name: known[name].target for name in known.names}
     rig = with_paths(known.neutral, targets, method)
     head = add_head(rig)
@@ -68,7 +68,7 @@ def test_each_method_is_as_elastomorph_computes_it(method):
 
 
 def test_drivers_need_no_permission_to_run_scripts():
-    rig = built_in()
+    rig = small_head()
     head = add_head(rig)
     bpy.ops.elastomorph.bend()
     drivers = head.data.shape_keys.animation_data.drivers
@@ -80,7 +80,7 @@ def test_drivers_need_no_permission_to_run_scripts():
 
 
 def test_bending_again_replaces_bends():
-    rig = built_in("jawOpen", "eyeBlink_L")
+    rig = small_head("jawOpen", "eyeBlink_L")
     head = add_head(rig)
     bpy.ops.elastomorph.bend()
     first = bend_keys(head)
@@ -95,7 +95,7 @@ def test_bending_again_replaces_bends():
 
 
 def test_one_key_leaves_the_others_as_they_are():
-    rig = built_in("jawOpen", "eyeBlink_L")
+    rig = small_head("jawOpen", "eyeBlink_L")
     head = add_head(rig)
     head.active_shape_key_index = 1
     assert head.active_shape_key.name == "jawOpen"
@@ -111,7 +111,7 @@ def test_one_key_leaves_the_others_as_they_are():
 
 
 def test_removed_bends_leave_nothing():
-    rig = built_in("jawOpen", "eyeBlink_L")
+    rig = small_head("jawOpen", "eyeBlink_L")
     head = add_head(rig)
     before = [block.name for block in head.data.shape_keys.key_blocks]
     bpy.ops.elastomorph.bend()
@@ -127,7 +127,7 @@ def test_removed_bends_leave_nothing():
 
 def test_two_objects_are_one_face():
     """Cut off the lower jaw: it still follows the joint it shares with the rest."""
-    rig = built_in("jawOpen", "mouthSmile_L")
+    rig = small_head("jawOpen", "mouthSmile_L")
     moves = np.linalg.norm(rig["jawOpen"].delta, axis=1)
     lower = moves > 0.5 * moves.max()
     head, jaw = add_head(rig, kept=~lower), add_head(rig, "Jaw", lower)
@@ -152,7 +152,7 @@ def test_two_objects_are_one_face():
 
 
 def test_saved_and_loaded_it_is_the_same(tmp_path):
-    rig = built_in("jawOpen", "eyeBlink_L")
+    rig = small_head("jawOpen", "eyeBlink_L")
     head = add_head(rig)
     weights = random_weights(rig.names, 5)
     set_keyframes(head, weights)
@@ -170,7 +170,7 @@ def test_saved_and_loaded_it_is_the_same(tmp_path):
 
 def test_each_operator_is_one_step_of_undo():
     """Called as a user does, with undo: bend, bake and remove, and the three of them undone."""
-    rig = built_in("jawOpen", "eyeBlink_L")
+    rig = small_head("jawOpen", "eyeBlink_L")
     add_head(rig)
     bpy.ops.ed.undo_push(message="before")
     states = [state()]
@@ -197,7 +197,7 @@ def state() -> tuple[list[str], int]:
 
 
 def test_a_copy_follows_its_own_sliders():
-    rig = built_in("jawOpen")
+    rig = small_head("jawOpen")
     head = add_head(rig)
     bpy.ops.elastomorph.bend()
     bpy.ops.object.duplicate()
@@ -215,7 +215,7 @@ def test_seams_hold():
     """Vertices that an importer split where a texture ends move as one."""
     import elastomorph as em
 
-    rig = built_in("jawOpen", "mouthSmile_L")
+    rig = small_head("jawOpen", "mouthSmile_L")
     sides = [rig.neutral.vertices[face, 0].mean() > 0 for face in rig.neutral.faces]
     count = len(rig.neutral.vertices)
     faces = [f + count * side for f, side in zip(rig.neutral.faces, sides, strict=True)]
@@ -232,7 +232,7 @@ def test_seams_hold():
 
 
 def test_a_muted_key_mutes_its_bends():
-    rig = built_in("jawOpen")
+    rig = small_head("jawOpen")
     head = add_head(rig)
     bpy.ops.elastomorph.bend()
     set_weights(head, {"jawOpen": 0.5})
@@ -244,7 +244,7 @@ def test_a_muted_key_mutes_its_bends():
 
 def test_vertex_groups_and_relative_keys_count():
     """The target is what the key adds: from its relative key, within its vertex group."""
-    rig = built_in("jawOpen", "browInnerUp")
+    rig = small_head("jawOpen", "browInnerUp")
     head = add_head(rig)
     blocks = head.data.shape_keys.key_blocks
     x = rig.neutral.vertices[:, 0]
@@ -271,7 +271,7 @@ def test_bends_that_came_with_a_file_are_replaced(tmp_path, keys):
     """A bent file is not bent twice: its bends are known, and those not made anew are driven."""
     import elastomorph as em
 
-    rig = built_in("jawOpen", "eyeBlink_L")
+    rig = small_head("jawOpen", "eyeBlink_L")
     em.write(tmp_path / "bent.glb", rig)
     bpy.ops.import_scene.gltf(filepath=str(tmp_path / "bent.glb"))
     (head,) = bpy.context.selected_objects

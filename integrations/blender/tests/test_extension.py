@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import bpy
 import pytest
-from heads import add_head, built_in
+from heads import add_head, small_head
 
 
 def blenders_tool(*arguments: str) -> subprocess.CompletedProcess:
@@ -64,7 +64,7 @@ def test_the_panel_offers_what_there_is():
     """It is drawn with a layout that notes what it is asked for."""
     import importlib
 
-    head = add_head(built_in("jawOpen"))
+    head = add_head(small_head("jawOpen"))
     head.active_shape_key_index = 1
     panel = importlib.import_module("bl_ext.user_default.elastomorph.panel").ShapeKeyBends
     assert panel.poll(bpy.context)

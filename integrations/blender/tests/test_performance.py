@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from heads import CLOSE, add_head, apart, bend_keys, built_in, evaluated, select
+from heads import CLOSE, add_head, apart, bend_keys, evaluated, select, small_head
 
 NAMES = ("jawOpen", "mouthSmile_L", "mouthSmile_R")
 
@@ -37,7 +37,7 @@ def expected_weights(time: float) -> dict[str, float]:
 
 def test_a_recording_plays_on_the_frames_of_the_scene(recording):
     """At 30 frames a second every second frame of the recording; names are matched by shape."""
-    rig = built_in(*NAMES)
+    rig = small_head(*NAMES)
     head = add_head(rig)
     scene = bpy.context.scene
     scene.render.fps, scene.frame_end = 30, 10
@@ -54,7 +54,7 @@ def test_a_recording_plays_on_the_frames_of_the_scene(recording):
 
 
 def test_bending_after_importing_plays_the_same(recording):
-    rig = built_in(*NAMES)
+    rig = small_head(*NAMES)
     head = add_head(rig)
     bpy.context.scene.render.fps = 60
     bpy.ops.elastomorph.import_performance(filepath=str(recording), start=0)
@@ -65,7 +65,7 @@ def test_bending_after_importing_plays_the_same(recording):
 
 
 def test_all_selected_objects_play(recording):
-    rig = built_in(*NAMES)
+    rig = small_head(*NAMES)
     heads = [add_head(rig, name) for name in ("Head", "Lashes")]
     select(*heads)
     bpy.context.scene.render.fps = 30
@@ -77,7 +77,7 @@ def test_all_selected_objects_play(recording):
 
 
 def test_what_cannot_be_played_is_refused(recording, tmp_path):
-    head = add_head(built_in("jawOpen"))
+    head = add_head(small_head("jawOpen"))
     broken = tmp_path / "broken.csv"
     broken.write_text("time,jawOpen\n0,nothing\n")
     with pytest.raises(RuntimeError, match=r"broken\.csv"):
@@ -95,7 +95,7 @@ def test_what_cannot_be_played_is_refused(recording, tmp_path):
 
 
 def test_the_preview_moves_the_active_key_of_all_selected_objects():
-    rig = built_in("jawOpen", "browInnerUp")
+    rig = small_head("jawOpen", "browInnerUp")
     heads = [add_head(rig, name) for name in ("Head", "Lashes")]
     select(*heads)
     bpy.ops.elastomorph.bend()
@@ -114,7 +114,7 @@ def test_the_preview_moves_the_active_key_of_all_selected_objects():
 
 
 def test_a_driven_key_is_not_previewed():
-    head = add_head(built_in("jawOpen"))
+    head = add_head(small_head("jawOpen"))
     head.active_shape_key_index = 1
     head.active_shape_key.driver_add("value")
     with pytest.raises(RuntimeError, match="is moved by a driver"):

@@ -2,12 +2,12 @@
 
 import bpy
 import pytest
-from heads import add_head, bend_keys, built_in, select
+from heads import add_head, bend_keys, select, small_head
 
 
 @pytest.fixture
 def head():
-    return add_head(built_in("jawOpen"))
+    return add_head(small_head("jawOpen"))
 
 
 def refused(match: str, operator=None, **options):

@@ -8,7 +8,6 @@ import tomllib
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -16,6 +15,7 @@ from elastomorph.character.schema import Key
 from elastomorph.errors import FormatError, ParameterError, warn
 from elastomorph.io.atomic import opened
 from elastomorph.io.untrusted import shortened
+from elastomorph.rig.naming import nearest_name
 
 Where = tuple[str | int, ...]
 """What leads to a key: ``("regions", "mouth", "falloff")``, ``("mixture", 0, "share")``."""
@@ -31,9 +31,9 @@ _SEVERAL_LINES = re.compile(r'"{3}|\'{3}')
 def nearest(name: str, known: Iterable[str]) -> str:
     """A hint for a mistyped name: the nearest known one, or all of them."""
     names = list(known)
-    near = get_close_matches(name, names, n=1, cutoff=0.5)
+    near = nearest_name(name, names)
     if near:
-        return f"did you mean {near[0]!r}?"
+        return f"did you mean {near!r}?"
     shown = ", ".join(names[:12]) + (", …" if len(names) > 12 else "")
     return f"there are {shown}" if names else "there are none"
 

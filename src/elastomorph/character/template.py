@@ -29,7 +29,7 @@ from elastomorph.io.performance import read_performance
 from elastomorph.io.registry import MESH_FORMATS, RIG_FORMATS, known_suffixes, read
 from elastomorph.io.rig_folder import find_neutral, rig_as_stored
 from elastomorph.io.vertex_lists import read_curves, read_region
-from elastomorph.rig.performance.naming import ARKIT, shape_of, wholes
+from elastomorph.rig.naming import ARKIT, shape_of, wholes
 
 _FRAME = re.compile(r"(?P<before>.*[._-])(?P<number>[0-9]{3,})")
 _BETWEEN = re.compile(r"(?P<target>.*?)[._-]?(?:(?P<share>0\.[0-9]+)|(?P<percent>[0-9]{1,2}))%?")

@@ -66,7 +66,7 @@ def blend(
 
     Examples:
       elastomorph blend -o faces.npy --sheet sheet.png
-      elastomorph blend rig.glb -w jawOpen=0.4 -w mouthSmile_L=1 -o face.obj
+      elastomorph blend rig.glb -w jawOpen=0.4 -w mouthSmileLeft=1 -o face.obj
     """
     if weight:
         _refuse_for_one(levels=levels, expressions=expressions, normalize=normalize, sheet=sheet)

@@ -102,6 +102,7 @@ def target_paths(
     *,
     progress: Callable[[str], None] = lambda _: None,
     seen: Callable[[str, Morph, float], object] = lambda *_: None,
+    known: Mapping[str, Morph] | None = None,
 ) -> TargetPaths:
     """Prepare ``auto`` for every target and say what it chose.
 
@@ -110,6 +111,7 @@ def target_paths(
         targets: The targets by name.
         progress: Told the name of each.
         seen: Given each name, its path and D, so that nobody has to keep all paths.
+        known: The paths of ``auto`` that are made already, by the names of their targets.
 
     Raises:
         TopologyError: A target has other vertices or polygons than the neutral.
@@ -120,7 +122,7 @@ def target_paths(
     found = []
     for number, (name, target) in enumerate(targets.items(), start=1):
         progress(f"choosing a path for {name}, {number} of {len(targets)}")
-        morph = to(target)
+        morph = (known or {}).get(name) or to(target)
         seen(name, morph, extent)
         choice = morph.choice or Choice(0.0, 0.0)
         moved = sum(int(bend.any(axis=1).sum()) for bend in morph.bends)

@@ -87,20 +87,25 @@ def _built_in(
     say: Callable[[str], None] = lambda _: None,
     **settings: Any,
 ) -> Rig:
-    """Our own head with its paths, kept as those of a folder are."""
+    """Our own head: with the paths it comes with, or others, kept as those of a folder are."""
     from elastomorph import samples
 
-    source = Path(samples.__file__).parent / "head.npz"
+    rig = samples.built_in_rig()
+    if method is None and all(value is None for value in settings.values()):
+        return rig
+    folder = Path(samples.__file__).parent
+    sources = {folder / f"{name}.npz": name for name in ("neutral", "shapes")}
     place = RigCache.of(
-        cache if is_file(source) else None, source, [method, sorted(settings.items())]
+        cache if all(map(is_file, sources)) else None,
+        folder / "shapes.npz",
+        [method, sorted(settings.items())],
     )
 
     def built() -> Rig:
-        return with_paths(rig_as_stored(BUILT_IN), method, say=say, **settings)
+        return with_paths(rig, method, say=say, **settings)
 
-    kept = read_or_build(place, {source: source.name}, BUILT_IN, built, say)
     # An archive says of its neutral where it is from; this one is that of the samples.
-    return _on(samples.head(), kept)
+    return _on(rig.neutral, read_or_build(place, sources, BUILT_IN, built, say))
 
 
 def _on(neutral: Mesh, rig: Rig) -> Rig:
@@ -131,10 +136,10 @@ def rig_as_stored(
             raise ParameterError(f"{path} is no USD file: leave out 'root'")
         beside["root"] = root
     if str(path) == BUILT_IN:
-        from elastomorph.samples import expressions, head, shapes
+        from elastomorph.samples import built_in_rig
 
         _refuse_options(path, beside, ("mesh",), "our own head")
-        return bare_rig(head(), {**shapes(), **expressions()})
+        return built_in_rig()
     if is_folder(path):
         _refuse_options(path, beside, ("mesh",), "a folder")
         straight = read_rig(path, method="linear")

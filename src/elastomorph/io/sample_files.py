@@ -17,7 +17,7 @@ from elastomorph.rig.rig import Rig
 from elastomorph.samples import expressions, head, recorded_motion, shapes
 
 # The shapes that examples speak of; more would only take longer.
-_NAMES = ("jawOpen", "eyeBlink_L", "mouthSmile_L", "cheekPuff")
+_NAMES = ("jawOpen", "eyeBlinkLeft", "mouthSmileLeft", "cheekPuff")
 
 
 def write_samples(path: str | Path) -> list[Path]:

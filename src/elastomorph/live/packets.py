@@ -24,7 +24,7 @@ import struct
 from dataclasses import dataclass
 
 from elastomorph.errors import ParameterError
-from elastomorph.rig.performance.naming import ARKIT
+from elastomorph.rig.naming import ARKIT
 
 VERSION = 6
 MOST_BYTES = 1024

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -15,9 +16,10 @@ from elastomorph.errors import FormatError
 from elastomorph.evaluation.rigid_bodies import RigidParts, find_rigid_parts
 from elastomorph.model.geometry import least_motion
 from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.rig import Rig
-from elastomorph.rig.performance.naming import shape_of
+from elastomorph.rig.naming import shape_of
 from elastomorph.samples.paper_expressions import EXPRESSIONS, compose_expressions
 
 
@@ -36,6 +38,7 @@ class Subject:
         unit: Unit of the coordinates, or an empty string where nobody knows it.
         command: What writes the face with bent paths.
         head: (N,) vertices of the head of a character with a body; None where that is all.
+        paths: Those of ``auto`` to targets and expressions, where they are made already.
     """
 
     name: str
@@ -48,11 +51,12 @@ class Subject:
     unit: str = ""
     command: str = ""
     head: NDArray[np.int64] | None = None
+    paths: Mapping[str, Morph] = field(default_factory=dict)
 
 
 def built_in_subject() -> Subject:
     """The built-in head with its shapes, its expressions and its recorded motion."""
-    from elastomorph.samples import expressions, head, recorded_motion, shapes
+    from elastomorph.samples import built_in_rig, expressions, head, recorded_motion, shapes
 
     neutral, targets = head(), shapes()
     return Subject(
@@ -65,6 +69,7 @@ def built_in_subject() -> Subject:
         find_rigid_parts(neutral, targets["jawOpen"]),
         unit="cm",
         command=_command("built-in"),
+        paths=built_in_rig().morphs,
     )
 
 

@@ -56,7 +56,7 @@ from elastomorph.report.walkthrough_page import (
     sheet_picture,
     write_walkthrough_report,
 )
-from elastomorph.rig.performance.naming import shape_of
+from elastomorph.rig.naming import shape_of
 
 _ALIKE = 1.05
 """Times the smallest distance: no more than that apart, methods do equally well."""
@@ -417,7 +417,9 @@ def walk_through(
     write_curves(place.file("curves.json"), curves)
     curves_picture(neutral, curves, place.file("curves.png"))
     with TargetPictures(subject) as cards:
-        paths = target_paths(neutral, subject.targets, progress=say, seen=cards.draw)
+        paths = target_paths(
+            neutral, subject.targets, progress=say, seen=cards.draw, known=subject.paths
+        )
     with replacing(place.file("targets.csv")) as table:
         table.write(_targets_csv(paths).encode())
 
@@ -518,7 +520,8 @@ def _jaw_on_its_hinge(
     if subject.take is None:  # its methods were tried on this very jaw
         morphs = {name: known[name] for name in _JAW_METHODS}
     else:
-        morphs = {name: interpolate(neutral, jaw, name) for name in _JAW_METHODS}
+        made = {"auto": subject.paths[subject.jaw]} if subject.jaw in subject.paths else {}
+        morphs = {name: made.get(name) or interpolate(neutral, jaw, name) for name in _JAW_METHODS}
     image = hinge_faces(hinge, morphs, place.file("hinge.png"))
     hinge_graph(hinge, morphs, place.file("hinge-graph.png"), subject.unit)
     return Jaw(hinge, morphs, hinge_errors(hinge, morphs), image)
@@ -535,7 +538,11 @@ def _lid_on_its_eye(
     say("measuring the eyelid on the eyeball")
     methods = [Method.parse(each) for each in _LID_METHODS]
     neutral, target = subject.neutral, subject.targets[name]
-    morphs = {each.label: interpolate(neutral, target, each, curves=curves) for each in methods}
+    made = {"auto": subject.paths[name]} if name in subject.paths else {}
+    morphs = {
+        each.label: made.get(each.label) or interpolate(neutral, target, each, curves=curves)
+        for each in methods
+    }
     eyelid_graph(lid, morphs, place.file("eyelid-graph.png"), subject.unit)
     dips = {label: lid.dip(morph) for label, morph in morphs.items()}
     return dips, eyelid_section(lid, morphs, dips, name, subject.unit)
@@ -544,7 +551,9 @@ def _lid_on_its_eye(
 def _expressions(subject: Subject, place: _Folder, say: Callable[[str], None]) -> list[Picture]:
     say("drawing expressions")
     to = prepare(subject.neutral, "auto", targets=list(subject.expressions.values()))
-    morphs = {name: to(mesh) for name, mesh in subject.expressions.items()}
+    morphs = {
+        name: subject.paths.get(name) or to(mesh) for name, mesh in subject.expressions.items()
+    }
     growing = expressions_picture(morphs, place.file("expressions.png"))
     time_law_graph(place.file("time-laws.png"))
     say("drawing blended faces")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from functools import cached_property
 from typing import TypeVar
 
@@ -13,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import ParameterError
 from elastomorph.numbers import LARGEST_WEIGHT, as_number, as_numbers, path_times
+from elastomorph.rig.naming import nearest_name
 
 Weights = Mapping[str, float] | ArrayLike
 
@@ -125,9 +125,9 @@ class Sliders:
     def require(self, name: str, known: tuple[str, ...]) -> None:
         """Check that a name is among the known ones; else suggest the nearest."""
         if name not in known:
-            near = get_close_matches(str(name), known, n=1, cutoff=0.5)
+            near = nearest_name(str(name), known)
             listed = ", ".join(known[:8]) or "none"
-            hint = f"did you mean {near[0]!r}?" if near else f"there are {listed}"
+            hint = f"did you mean {near!r}?" if near else f"there are {listed}"
             hint += ", …" * (not near and len(known) > 8)
             raise ParameterError(f"the rig has no slider {name!r}: {hint}")
 

@@ -1,96 +1,198 @@
-"""The built-in head, read from the array file that ``tools/sculpt_head.py`` writes.
+"""The built-in head: ICT-FaceKit's, packed by ``tools/make_head.py``, with materials of our own.
 
-Positions are whole multiples of ``unit``, a power of two of a centimetre: 4e-10 of the head's size,
-and the same bits on every processor. Faces other than the neutral are kept as the vertices of the
-left half that they move and how far, and the same of their mirror images.
+Positions are whole multiples of a power of two of a centimetre, so they are the same bits on every
+processor: of the neutral within 2e-6 of D of ICT-FaceKit's, of shapes within 2e-5.
 """
 
 from __future__ import annotations
 
+import zipfile
+import zlib
+from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
+from importlib.resources.abc import Traversable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.model.mesh import FaceLabels, Mesh
+from elastomorph.errors import FormatError
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
+from elastomorph.model.morph import Choice, Morph
 from elastomorph.model.polygons import Polygons
 from elastomorph.model.sequence import MeshSequence
+from elastomorph.rig import Rig
+from elastomorph.samples.materials import IMAGES, materials
+from elastomorph.samples.paper_expressions import compose_expressions
+
+COPYRIGHT = (
+    "Head and shapes: ICT-FaceKit, (c) 2020 USC Institute for Creative Technologies, MIT License. "
+    "Tongue, materials and motion: elastomorph, MIT License."
+)
+_VERSION = 1
 
 
 @cache
 def head() -> Mesh:
-    """The built-in neutral head: an original, procedural sculpture, the same on every call.
+    """The built-in neutral head, the same on every call.
 
-    About 5,000 vertices, nearly all polygons quads, centimetres, +Y up, +Z out of the face. The
-    left side of the character ("_L") is +x, as in the ICT rig. Polygon groups name the skin, the
-    scalp, brows, lids, lips, the mouth bag, teeth and the parts of the eyeballs.
+    23,979 vertices, mostly quads, centimetres, +Y up, +Z out of the face, in the order of
+    ICT-FaceKit: without the inner eyeballs and the shells of the eyes that
+    only an engine's own shaders use. The left side of the character is +x. Materials and
+    polygon groups name skin, mouth, teeth, gums, tongue, eyes and lashes, groups the lips too.
+
+    Raises:
+        FormatError: The installed file is damaged or of another version.
     """
-    stored = _stored("neutral", "unit", "corners", "sizes", "group_names", "group_of_polygon")
+    stored = _stored("neutral")
+    corners, sizes = np.cumsum(stored["corners"]), stored["sizes"]
+    polygons = Polygons(corners, np.append(0, np.cumsum(sizes, dtype=np.int64)))
+    uv = UVMap(
+        stored["coordinates"] * stored["coordinate_unit"],
+        np.cumsum(stored["coordinate_corners"]).astype(np.int32),
+    )
     return Mesh(
         stored["neutral"] * stored["unit"],
-        Polygons(stored["corners"], np.append(0, np.cumsum(stored["sizes"], dtype=np.int64))),
-        groups=FaceLabels(
-            names=tuple(stored["group_names"].tolist()),
-            of_face=stored["group_of_polygon"].astype(np.int32),
-        ),
+        polygons,
+        uv=uv,
+        materials=_labels(stored, "material"),
+        groups=_labels(stored, "group"),
+        appearance=materials({name: _file(name).read_bytes() for name in IMAGES}),
+        copyright=COPYRIGHT,
     )
 
 
 def shapes() -> dict[str, Mesh]:
-    """The head's single blendshapes, each at full strength, by their ARKit names.
+    """The 52 shapes of ARKit, each at full strength, by ARKit's names and in its order.
 
-    "_L" is the character's left, +x.
+    ``tongueOut`` is of our own, the others are ICT-FaceKit's; of ``browInnerUp`` and ``cheekPuff``
+    it has halves, which are added up. "Left" is the character's left, +x.
+
+    Raises:
+        FormatError: The installed file is damaged or of another version.
     """
-    return dict(_faces()["shape"])
+    return dict(_moved("shapes"))
 
 
 def expressions() -> dict[str, Mesh]:
-    """The five expressions of the paper on the built-in head.
+    """The five expressions of the paper on the built-in head, sums of weighted shapes.
 
     Returns:
         "sad", "angry", "confused", "grinning" and "puff", with the topology of ``head()``.
     """
-    return dict(_faces()["expression"])
+    return dict(_expressions())
 
 
 @cache
 def recorded_motion() -> MeshSequence:
     """Eleven poses of the head, from the neutral into a wide laugh, at times 0, 0.1, … 1.
 
-    The jaw opens by 23° about the axis along x through (0, −0.9, 1.2), which glides forwards and
-    down by up to 0.35 and 0.105 cm; the lower teeth follow rigidly. Each lid vertex turns about
-    the centre of its eyeball. The first frame is ``head()``, bit for bit.
+    Made of anatomy, not of equations of motion, by ``tools/record_motion.py``: the lower teeth turn
+    rigidly about a hinge that glides, lids turn about the centre of the eyeball, corners of the
+    mouth slide around the teeth, each part at its own time. The first frame is ``head()``, bit for
+    bit.
+
+    Raises:
+        FormatError: The installed file is damaged or of another version.
     """
     neutral = head()
-    frames = [neutral, *_faces()["frame"].values()]
+    frames = [neutral, *_moved("motion").values()]
     return MeshSequence(
         neutral, np.stack([each.vertices for each in frames]), np.arange(len(frames)) / 10.0
     )
 
 
-def _stored(*names: str) -> dict[str, NDArray[Any]]:
-    """Some arrays of the file."""
-    source = files("elastomorph.samples").joinpath("head.npz")
-    with source.open("rb") as file, np.load(file) as arrays:
-        return {name: arrays[name] for name in names}
+def landmarks() -> tuple[int, ...]:
+    """The vertices of the 68 points that face trackers number, in their order."""
+    return tuple(_stored("neutral")["landmarks"].tolist())
 
 
 @cache
-def _faces() -> dict[str, dict[str, Mesh]]:
-    """Meshes by kind ("shape", "expression" or "frame") and name."""
-    neutral = head()
-    stored = _stored("unit", "kinds", "names", "partner", "halves", "counts", "moved", "deltas")
-    ends = np.cumsum(stored["counts"], dtype=np.int64)[:-1]
-    moved, partner = np.split(stored["moved"], ends), stored["partner"]
-    deltas = np.split(stored["deltas"] * stored["unit"], ends)
-    found: dict[str, dict[str, Mesh]] = {}
-    for kind, name, (left, right) in zip(
-        stored["kinds"].tolist(), stored["names"].tolist(), stored["halves"].tolist(), strict=True
+def _expressions() -> dict[str, Mesh]:
+    return compose_expressions(head(), shapes())
+
+
+@cache
+def built_in_rig() -> Rig:
+    """The head, its shapes and expressions, each with the path that ``auto`` takes to it.
+
+    Raises:
+        FormatError: The installed file is damaged or of another version.
+    """
+    neutral, stored = head(), _stored("paths")
+    targets = {**shapes(), **expressions()}
+    bends = np.stack([*_moves(stored).values()])
+    curves = [BendCurve.polynomial(row) for row in stored["curves"]]
+    morphs, start = {}, 0
+    for name, count, method, error, choice in zip(
+        targets,
+        stored["bends"].tolist(),
+        stored["methods"].tolist(),
+        stored["errors"].tolist(),
+        stored["choices"].tolist(),
+        strict=True,
     ):
-        moves = np.zeros_like(neutral.vertices)
-        moves[partner[moved[right]]] = deltas[right] * [-1.0, 1.0, 1.0]
-        moves[moved[left]] = deltas[left]
-        found.setdefault(kind, {})[name] = neutral.with_vertices(neutral.vertices + moves)
+        distance, allowed, exact, shrunk, hidden, eased, crossing, deeper = choice
+        counts = int(shrunk), int(hidden), int(eased), int(crossing)
+        morphs[name] = Morph(
+            neutral,
+            targets[name],
+            bends[start : start + count],
+            tuple(curves[start : start + count]),
+            method,
+            bake_error=error,
+            choice=Choice(distance, allowed, bool(exact), *counts, deeper),
+        )
+        start += count
+    return Rig(neutral, morphs)
+
+
+@cache
+def _moved(name: str) -> dict[str, Mesh]:
+    """Meshes of a file, by name: the head with some of its vertices displaced."""
+    neutral, moves = head(), _moves(_stored(name))
+    return {key: neutral.with_vertices(neutral.vertices + move) for key, move in moves.items()}
+
+
+def _moves(stored: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[np.float64]]:
+    """(V, 3) displacements by name."""
+    found, start = {}, 0
+    for name, count in zip(stored["names"].tolist(), stored["counts"].tolist(), strict=True):
+        steps = stored["deltas"][3 * start : 3 * (start + count)].reshape(3, count)
+        found[name] = np.zeros(head().vertices.shape)
+        # Stored as the change from one vertex to the next, in 16 bits that wrap around.
+        moves = np.cumsum(steps, axis=1, dtype=np.int16).T
+        found[name][stored["rows"][start : start + count]] = moves * stored["unit"]
+        start += count
     return found
+
+
+def _labels(stored: Mapping[str, NDArray[Any]], kind: str) -> FaceLabels:
+    names = tuple(stored[f"{kind}_names"].tolist())
+    return FaceLabels(names, stored[f"{kind}_of_polygon"].astype(np.int32))
+
+
+def _file(name: str) -> Traversable:
+    return files("elastomorph.samples").joinpath(name)
+
+
+@cache
+def _stored(name: str) -> dict[str, NDArray[Any]]:
+    """The arrays of a file."""
+    source = _file(f"{name}.npz")
+    try:
+        with source.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
+            stored = {key: arrays[key] for key in arrays.files}
+    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error) as error:
+        raise FormatError(
+            str(source), f"the built-in head is damaged ({error}); install elastomorph again"
+        ) from error
+    if int(stored.get("version", 0)) != _VERSION:
+        raise FormatError(
+            str(source),
+            f"the built-in head is of version {int(stored.get('version', 0))}, expected "
+            f"{_VERSION}; install elastomorph again",
+        )
+    return stored

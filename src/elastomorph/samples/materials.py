@@ -7,41 +7,39 @@ from dataclasses import replace
 
 from elastomorph.model.appearance import Finish, Material, Opacity, Texture
 
+IMAGES = (
+    "skin.jpg", "shine.png", "eye.jpg", "mouth.jpg", "teeth.jpg", "lashes.png", "shadow.png",
+)  # fmt: skip
+"""The files of the images, which ``tools/paint_head.py`` paints."""
+
 SKIN = (204, 158, 136)
-"""Red, green and blue of a screen, to which the painted skin fades where the scalp begins."""
+"""Red, green and blue of a screen, to which painted skin fades at the back of the head."""
 
 
 def materials(images: Mapping[str, bytes]) -> dict[str, Material]:
-    """The looks of the head's materials, by name.
+    """The looks of the head's materials by name, of the content of `IMAGES`.
 
-    ``unseen`` are shells that only a game engine's own shaders use; over painted eyes they would be
-    a film. Irises are painted on the ``sclera``, and ``iris`` is inside: both may be left out.
-
-    Args:
-        images: PNG images as ``tools/paint_head.py`` names them: "skin", "shine", "eye", "mouth",
-            "teeth", "lashes" and "shadow".
+    Irises are painted on the ``sclera``, the shell that bulges as a cornea does.
     """
+    textures = {name.partition(".")[0]: Texture(content, name) for name, content in images.items()}
 
     def painted(
         name: str, roughness: float, opacity: Opacity = "opaque", double_sided: bool = False
     ) -> Material:
-        texture, finish = Texture(images[name], name), Finish(roughness)
+        texture, finish = textures[name], Finish(roughness)
         return Material(texture=texture, opacity=opacity, double_sided=double_sided, finish=finish)
 
-    shine = Texture(images["shine"], "shine")
-    lit = Finish(layers={"finish": shine, "creases": shine})
+    lit = Finish(layers={"finish": textures["shine"], "creases": textures["shine"]})
     return {
-        "skin": Material(texture=Texture(images["skin"], "skin"), finish=lit),
-        "scalp": replace(_plain(SKIN, 0.58), double_sided=True),  # open below
+        "skin": Material(texture=textures["skin"], finish=lit),
+        "head": replace(_plain(SKIN, 0.58), double_sided=True),  # open below
         "mouth": _plain((72, 25, 23), 0.7),
         "gums": painted("mouth", 0.5),
         "tongue": painted("mouth", 0.5),
         "teeth": painted("teeth", 0.22),
         "sclera": painted("eye", 0.06),
-        "iris": _plain((20, 14, 12), 0.5),
         "occlusion": painted("shadow", 1.0, "blend"),
         "lashes": painted("lashes", 0.8, "blend", double_sided=True),
-        "unseen": Material((1, 1, 1, 0), opacity="mask"),
     }
 
 

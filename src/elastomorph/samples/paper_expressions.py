@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from elastomorph.model.mesh import Mesh
+from elastomorph.rig.naming import shape_of
 
 EXPRESSIONS: dict[str, dict[str, float]] = {
     "sad": {"mouthFrown": 1.0, "browInnerUp": 1.0, "mouthShrugLower": 0.4},
     "angry": {"browDown": 1.0, "noseSneer": 0.8, "mouthPress": 0.6, "eyeSquint": 0.5},
-    "confused": {"browOuterUp_L": 1.0, "browDown_R": 0.8, "mouthLeft": 0.6},
+    "confused": {"browOuterUpLeft": 1.0, "browDownRight": 0.8, "mouthLeft": 0.6},
     "grinning": {"mouthSmile": 1.0, "cheekSquint": 0.7, "mouthUpperUp": 0.4},
     "puff": {"cheekPuff": 1.0, "mouthPress": 0.5},
 }
 """The five expressions as weights of shapes; a name without a side stands for both."""
 
 
-def sided(name: str, known: Mapping[str, object]) -> list[str]:
-    """The shapes that a name stands for: itself, or its left and right."""
-    return [full for full in (name, f"{name}_L", f"{name}_R") if full in known]
+def sided(name: str, known: Iterable[str]) -> list[str]:
+    """The shapes that a name stands for, in whatever spelling: itself, or its left and right."""
+    wanted = (name, f"{name}Left", f"{name}Right")
+    return [each for each in known if each == name or shape_of(each) in wanted]
 
 
 def compose_expressions(neutral: Mesh, targets: Mapping[str, Mesh]) -> dict[str, Mesh]:

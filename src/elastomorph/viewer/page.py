@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -23,8 +24,8 @@ def viewer_page(scene: Scene) -> str:
     page = shipped_page()
     blocks = [alone_head(page), _scene_block(scene, [f"#{name}" for name in names])]
     for name, model in zip(names, scene.models, strict=True):
-        text = base64.b64encode(model.glb).decode("ascii")
-        blocks.append(f'<script type="application/octet-stream" id="{name}">{text}</script>')
+        text = base64.b64encode(zlib.compress(model.glb, 9)).decode("ascii")
+        blocks.append(f'<script type="application/zlib" id="{name}">{text}</script>')
     return filled(page, "\n".join(blocks))
 
 

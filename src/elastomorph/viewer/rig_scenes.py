@@ -14,7 +14,7 @@ from elastomorph.errors import ParameterError
 from elastomorph.evaluation import Evaluation
 from elastomorph.io.gltf import write_glb
 from elastomorph.io.gltf.clips import WeightClip
-from elastomorph.model.mesh import require_same_topology
+from elastomorph.model.mesh import Mesh, require_same_topology
 from elastomorph.model.morph import Morph
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import through
@@ -28,6 +28,7 @@ _MOST_FRAMES = 24
 # Where paths differ most from the straight line, on the whole.
 _HALF_WAY: dict[str, Any] = {"weights": {_SLIDER: 1.0}, "t": 0.5}
 _MOST_SIDE_BY_SIDE = 3
+_ROUNDED = 1e-5
 
 
 def rig_scene(
@@ -133,9 +134,12 @@ def evaluation_scene(
     name = "Methods and recorded motion" if title is None else title
     if shown < len(motion):
         name += f" ({shown} of {len(motion):,} frames)"
-    methods = [rig_model(result.morph, result.label, "method") for result in evaluation.results]
+    methods = [
+        rig_model(_plain(_rounded(result.morph)), result.label, "method")
+        for result in evaluation.results
+    ]
     return Scene(
-        (*methods, rig_model(recorded, truth, "truth")),
+        (*methods, rig_model(_plain(recorded), truth, "truth")),
         name,
         unit,
         evaluation.diameter,
@@ -156,6 +160,19 @@ def motion_morph(motion: MeshSequence, frames: int = _MOST_FRAMES) -> Morph:
     between = {float(motion.times[frame]): motion[frame] for frame in kept[1:-1].tolist()}
     path = through(motion.neutral, motion.target, between, method="linear")
     return replace(path, method="recorded")
+
+
+def _plain(morph: Morph) -> Morph:
+    """The path for one of many files in a page: without images, which colours of distances hide."""
+    neutral = morph.neutral
+    bare = Mesh(neutral.vertices, neutral.faces, materials=neutral.materials)
+    return replace(morph, neutral=bare, target=bare.with_vertices(morph.target.vertices))
+
+
+def _rounded(morph: Morph) -> Morph:
+    """The path with bends rounded to 1e-5 of D, in binary: numbers of few bits pack well."""
+    step = 2.0 ** np.floor(np.log2(_ROUNDED * (morph.neutral.diameter or 1.0)))
+    return replace(morph, bends=np.round(morph.bends / step) * step)
 
 
 def _start(evaluation: Evaluation) -> dict[str, Any]:

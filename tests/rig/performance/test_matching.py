@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from spellings import spelled
 
 from elastomorph.errors import ParameterError
+from elastomorph.rig.naming import ARKIT
 from elastomorph.rig.performance import Drive, Match, match
-from elastomorph.rig.performance.naming import ARKIT
 
 LIVE_LINK = [spelled(shape, "livelink") for shape in ARKIT]
 SIDED = [spelled(shape, "sided") for shape in ARKIT]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from spellings import DIRECTIONS, STYLES, spelled
 
-from elastomorph.rig.performance.naming import ARKIT, is_rotation, shape_of, side_pairs, wholes
+from elastomorph.rig.naming import ARKIT, is_rotation, shape_of, side_pairs, wholes
 
 
 def test_there_are_52_shapes() -> None:

@@ -16,8 +16,8 @@ from visiting import SMALL, Visit, empty_page, state, update, wait
 import elastomorph as em
 from elastomorph.io.performance import write_performance_csv
 from elastomorph.rig import Rig
+from elastomorph.rig.naming import ARKIT
 from elastomorph.rig.performance import Performance, slider_weights
-from elastomorph.rig.performance.naming import ARKIT
 from foreign_files import chunks_of
 from foreign_files import glb as container
 from small_head import shapes

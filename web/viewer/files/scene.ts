@@ -1,11 +1,13 @@
 // What Python put into the page, or beside it: a description in JSON and a GLB for each model.
 import type { Loop, Model, Scene, Services } from '../types/model';
 import type { ViewState } from '../types/state';
-import { bytesOfBase64 } from '../../shared/base64';
 import { isEntry, type Entry } from './document';
 import { openFile, type Known } from './open';
+import { inflated } from './packed';
 
 const ID = 'elastomorph-scene';
+// A GLB counts its bytes in 32 bits.
+const LARGEST = 2 ** 32;
 const ROLES: readonly string[] = ['rig', 'method', 'truth'] satisfies Model['role'][];
 
 /**
@@ -81,7 +83,7 @@ async function bytesAt(document: Document, address: string, name: string): Promi
       throw new Error(
         `${name}: the page holds no file for it. Make the page again with "elastomorph view".`,
       );
-    const bytes = await bytesOfBase64(text).catch(() => {
+    const bytes = await inflated(text, LARGEST).catch(() => {
       throw new Error(
         `${name}: its bytes in the page are damaged. Make the page again with "elastomorph view".`,
       );

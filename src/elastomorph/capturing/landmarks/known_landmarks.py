@@ -1,6 +1,7 @@
 """Landmarks of templates that nobody needs to pick: our own head, and ICT FaceKit's.
 
 Three sets of points: the few that people click on, the 68 of face trackers, and MediaPipe's 478.
+Our own head is ICT FaceKit's, so both have the same.
 """
 
 from __future__ import annotations
@@ -14,24 +15,6 @@ from pathlib import Path
 from elastomorph.errors import FileError, FormatError, ParameterError
 from elastomorph.io.atomic import is_file, read_bytes
 from elastomorph.model.mesh import Mesh
-
-_BUILT_IN: Mapping[str, int] = {
-    "nose_tip": 476,
-    "right_eye_outer": 3617,
-    "right_eye_inner": 3630,
-    "left_eye_inner": 1575,
-    "left_eye_outer": 1562,
-    "nose_bridge": 318,
-    "right_nostril": 2684,
-    "left_nostril": 574,
-    "mouth_right": 4016,
-    "mouth_left": 1968,
-    "upper_lip": 1959,
-    "lower_lip": 1977,
-    "chin": 912,
-    "right_jaw": 2864,
-    "left_jaw": 763,
-}
 
 # Of the 68 points that face trackers number: the jaw from the subject's right ear to the left,
 # brows, nose, eyes, lips.
@@ -52,17 +35,9 @@ _OF_68: Mapping[str, int] = {
     "right_jaw": 3,
     "left_jaw": 13,
 }
+_OF_ICT = 26_719  # vertices of the whole neutral
 _LISTS, _LIST = "vertex_indices.json", "idx_to_landmark_verts"
 
-# The same 68 points among MediaPipe's 478.
-_68_OF_478 = (
-    162, 234, 93, 58, 172, 136, 149, 148, 152, 377, 378, 365, 397, 288, 323, 454, 389,
-    71, 63, 105, 66, 107, 336, 296, 334, 293, 301,
-    168, 197, 5, 4, 75, 97, 2, 326, 305,
-    33, 160, 158, 133, 153, 144, 362, 385, 387, 263, 373, 380,
-    61, 39, 37, 0, 267, 269, 291, 405, 314, 17, 84, 181,
-    78, 82, 13, 312, 308, 317, 14, 87,
-)  # fmt: skip
 POINT_SETS = ("clicks", "68", "mediapipe")
 """Sets of points by name."""
 
@@ -82,24 +57,23 @@ def known_landmarks(template: str | Path, mesh: Mesh, points: str = "clicks") ->
         ParameterError: There is no such set.
         FormatError: The list beside the file names vertices that the template does not have.
     """
-    from elastomorph.samples import head
+    from elastomorph.samples import head, landmarks
 
     if points not in POINT_SETS:
         raise ParameterError(f"points are {', '.join(POINT_SETS)}, found {points!r}")
     ours = len(mesh.vertices) == len(head().vertices) and mesh.faces == head().faces
-    if ours and points == "clicks":
-        return dict(_BUILT_IN)
-    file = template if mesh.source is None else mesh.source.path
-    lists = Path(file).parent / _LISTS
-    listed = _listed(lists, mesh) if not ours and is_file(lists) else {}
-    dense = _mediapipe(len(mesh.vertices)) if ours or listed else ()
-    if points == "mediapipe":
-        return {str(number): vertex for number, vertex in enumerate(dense)}
     if ours:
-        return {str(number): dense[place] for number, place in enumerate(_68_OF_478)}
-    if points == "68":
+        listed = {str(number): vertex for number, vertex in enumerate(landmarks())}
+    else:
+        file = template if mesh.source is None else mesh.source.path
+        lists = Path(file).parent / _LISTS
+        listed = _listed(lists, mesh) if is_file(lists) else {}
+    if points == "68" or not listed:
         return listed
-    return {name: listed[str(number)] for name, number in _OF_68.items() if listed}
+    if points == "mediapipe":
+        dense = _mediapipe() if ours or len(mesh.vertices) == _OF_ICT else ()
+        return {str(number): vertex for number, vertex in enumerate(dense)}
+    return {name: listed[str(number)] for name, number in _OF_68.items()}
 
 
 def _listed(lists: Path, mesh: Mesh) -> dict[str, int]:
@@ -121,10 +95,10 @@ def _listed(lists: Path, mesh: Mesh) -> dict[str, int]:
 
 
 @cache
-def _mediapipe(vertices: int) -> tuple[int, ...]:
-    """MediaPipe's points on the neutral of a known head with so many vertices, else none.
+def _mediapipe() -> tuple[int, ...]:
+    """The vertices of MediaPipe's points on our own head, which ICT FaceKit numbers alike.
 
     Found on its pictures by the model itself, see ``tools/find_landmark_sets.py``.
     """
     content = (files("elastomorph.capturing.landmarks") / "sets.json").read_text(encoding="utf-8")
-    return tuple(json.loads(content).get(str(vertices), ()))
+    return tuple(json.loads(content))

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from elastomorph.character.document import Where, nearest
 from elastomorph.errors import ParameterError
 from elastomorph.farm.sampling.columns import LEVELS, Codes, Column, Columns
-from elastomorph.rig.performance.naming import shape_of, side_pairs
+from elastomorph.rig.naming import shape_of, side_pairs
 from elastomorph.rig.sliders import Sliders
 
 _GAZE = (

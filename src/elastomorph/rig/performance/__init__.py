@@ -1,7 +1,7 @@
 """Performances: recorded weights over time, matched to the sliders of a rig and played on it."""
 
+from elastomorph.rig.naming import is_rotation
 from elastomorph.rig.performance.matching import Drive, Match, match
-from elastomorph.rig.performance.naming import is_rotation
 from elastomorph.rig.performance.performance import (
     HEAD_ANGLES,
     HeadTurn,

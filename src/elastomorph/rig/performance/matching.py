@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import ParameterError
 from elastomorph.numbers import first_few
-from elastomorph.rig.performance.naming import is_rotation, shape_of, wholes
+from elastomorph.rig.naming import is_rotation, shape_of, wholes
 
 
 class Drive(NamedTuple):

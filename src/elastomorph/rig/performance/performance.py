@@ -25,8 +25,8 @@ from elastomorph.errors import ParameterError
 from elastomorph.model.bend_curve import as_times
 from elastomorph.numbers import as_number, as_numbers, shown
 from elastomorph.rig import Rig
+from elastomorph.rig.naming import is_rotation
 from elastomorph.rig.performance.matching import Match, match
-from elastomorph.rig.performance.naming import is_rotation
 
 HEAD_ANGLES = ("HeadYaw", "HeadPitch", "HeadRoll")
 """What the angles are called in takes, in any capitals."""

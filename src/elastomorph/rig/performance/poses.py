@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from difflib import get_close_matches
 from typing import NamedTuple
 
 import numpy as np
@@ -11,8 +10,8 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError
 from elastomorph.numbers import first_few
+from elastomorph.rig.naming import is_rotation, nearest_name
 from elastomorph.rig.performance.matching import match
-from elastomorph.rig.performance.naming import is_rotation
 from elastomorph.rig.performance.performance import Performance
 from elastomorph.rig.timing import Timing, smoothstep
 
@@ -58,8 +57,8 @@ def unknown_sliders(unknown: Sequence[str], sliders: Sequence[str]) -> str:
     """A sentence about names that a rig does not have, with the nearest that it has."""
     words = []
     for name in unknown[:_SHOWN]:
-        near = get_close_matches(name, sliders, n=1, cutoff=0.5)
-        words.append(f"{name!r} (did you mean {near[0]!r}?)" if near else repr(name))
+        near = nearest_name(name, sliders)
+        words.append(f"{name!r} (did you mean {near!r}?)" if near else repr(name))
     return f"the rig has no slider {first_few([*words, *unknown[_SHOWN:]], _SHOWN)}"
 
 

@@ -7,6 +7,7 @@ means only itself. Left and right are the sides of the person.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from difflib import get_close_matches
 from typing import NamedTuple
 
 
@@ -90,6 +91,16 @@ def shape_of(name: str) -> str | None:
     """
     bare = name.rpartition(":")[2].rpartition(".")[2]
     return _SHAPES.get(name.casefold()) or _SHAPES.get(bare.casefold())
+
+
+def nearest_name(name: str, known: Sequence[str]) -> str | None:
+    """What a wrong name probably means: the one for the same shape, else that of nearest spelling.
+
+    ``eyeBlink_L`` and ``EyeBlinkLeft`` are the same shape; None where no name is near.
+    """
+    shape = shape_of(name)
+    same = (each for each in known if shape is not None and shape_of(each) == shape)
+    return next(iter((*same, *get_close_matches(name, known, n=1, cutoff=0.5))), None)
 
 
 def is_rotation(name: str) -> bool:
