@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from elastomorph.curves.network import region_of
 from elastomorph.errors import FileError
 from elastomorph.io.atomic import made_folder
 from elastomorph.io.performance import write_performance_csv
@@ -51,7 +52,7 @@ def write_samples(path: str | Path) -> list[Path]:
     for name, mesh in meshes.items():
         write(folder / f"{name}.obj", mesh)
     write_sequence(folder / "scan.####.obj", motion)
-    (folder / "mouth.json").write_text(str(np.arange(100, 400).tolist()))
+    (folder / "mouth.json").write_text(str(np.flatnonzero(region_of(neutral, "lips")).tolist()))
     write(folder / "head.glb", Rig(neutral, {name: to(mesh) for name, mesh in chosen.items()}))
     write(folder / "avatar.glb", Rig(neutral, chosen, method="linear"))
     take = Performance(("jawOpen", "eyeBlinkLeft"), np.arange(4) / 30, np.eye(4)[:, :2], 30.0)

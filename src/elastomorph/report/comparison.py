@@ -209,7 +209,7 @@ def _page(
     from elastomorph.viewer.page import viewer_page
 
     some = replace(evaluation, results=tuple(shown))
-    scene = evaluation_scene(some, title=title, unit=unit, frames=frames, truth=truth)
+    scene = evaluation_scene(some, title=title, unit=unit, frames=frames, truth=truth, images=False)
     # Halfway, where all symmetric timings meet, says the least.
     moment = float(evaluation.truth.times[telling_frame(evaluation)])
     return viewer_page(replace(scene, start={**scene.start, "t": moment}))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -110,6 +110,7 @@ def evaluation_scene(
     unit: str = "",
     frames: int = _MOST_FRAMES,
     truth: str = "recorded",
+    images: bool = True,
 ) -> Scene:
     """A scene of the methods of an evaluation and of the recorded motion, half way.
 
@@ -122,6 +123,7 @@ def evaluation_scene(
         unit: Unit of the coordinates, for legends.
         frames: The most frames of the recorded motion to show, evenly spread.
         truth: What the motion is called, where it is not a recorded one.
+        images: Whether faces have the images of their materials, each of them in a file of its own.
 
     Raises:
         ParameterError: The motion has no polygons, as those of markers, or fewer than two frames
@@ -134,12 +136,13 @@ def evaluation_scene(
     name = "Methods and recorded motion" if title is None else title
     if shown < len(motion):
         name += f" ({shown} of {len(motion):,} frames)"
+    dressed: Callable[[Morph], Morph] = (lambda path: path) if images else _plain
     methods = [
-        rig_model(_plain(_rounded(result.morph)), result.label, "method")
+        rig_model(dressed(_rounded(result.morph)), result.label, "method")
         for result in evaluation.results
     ]
     return Scene(
-        (*methods, rig_model(_plain(recorded), truth, "truth")),
+        (*methods, rig_model(dressed(recorded), truth, "truth")),
         name,
         unit,
         evaluation.diameter,
@@ -163,7 +166,7 @@ def motion_morph(motion: MeshSequence, frames: int = _MOST_FRAMES) -> Morph:
 
 
 def _plain(morph: Morph) -> Morph:
-    """The path for one of many files in a page: without images, which colours of distances hide."""
+    """The path on a mesh without images, which colours of distances hide."""
     neutral = morph.neutral
     bare = Mesh(neutral.vertices, neutral.faces, materials=neutral.materials)
     return replace(morph, neutral=bare, target=bare.with_vertices(morph.target.vertices))
