@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import ast
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+import record_motion
 from record_motion import FRAMES, GLIDE, JAW_TURN, find_hinge, hinge_glide, jaw_angle, motion
 
 pytestmark = pytest.mark.realdata
@@ -262,3 +264,11 @@ def test_no_straight_line_reproduces_it(frames):
         best = np.sum((frame - start) * way) / np.sum(way**2)
         worst = max(worst, float(np.linalg.norm(frame - start - best * way, axis=1).max()))
     assert worst > 0.01 * D
+
+
+def test_it_shares_nothing_with_the_methods_that_it_judges() -> None:
+    """The motion is made with NumPy alone."""
+    tree = ast.parse(Path(record_motion.__file__).read_text(encoding="utf-8"))
+    modules = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+    modules |= {name.name for n in ast.walk(tree) if isinstance(n, ast.Import) for name in n.names}
+    assert modules == {"__future__", "collections.abc", "numpy", "numpy.typing"}
