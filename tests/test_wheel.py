@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from elastomorph.samples.materials import IMAGES
+
 ROOT = Path(__file__).parents[1]
 CORE = {"jinja2", "numpy", "scipy", "typer", "rich", "threadpoolctl", "tomlkit"}
 
@@ -95,8 +97,12 @@ def test_a_wheel_holds_the_package_and_its_pages_only(wheel: Path) -> None:
     pages = {"viewer/landmarks_page/index.html", "viewer/page/index.html"}
     pages |= {"report/templates/page.html", "report/templates/page.css"}
     pages |= {"character/templates/elastomorph.toml"}
-    assert {f"elastomorph/{name}" for name in ("py.typed", "samples/head.npz", *pages)} <= names
+    head = {"neutral.npz", "shapes.npz", "paths.npz", "motion.npz", *IMAGES, "ict-facekit/LICENSE"}
+    files = {"py.typed", *pages, *(f"samples/{name}" for name in head)}
+    assert {f"elastomorph/{name}" for name in files} <= names
     assert f"{info}/licenses/LICENSE" in names
+    assert f"{info}/licenses/src/elastomorph/samples/ict-facekit/LICENSE" in names
+    assert wheel.stat().st_size <= 6e6
 
 
 def test_the_core_needs_six_packages(wheel: Path) -> None:

@@ -16,7 +16,6 @@ from elastomorph.capturing.scans import registration
 from elastomorph.capturing.scans.registered_files import keep_pose, write_figures
 from elastomorph.capturing.work.registered import Registered
 from elastomorph.io.npz.confidence import read_confidence, write_confidence
-from small_head import head
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ import json
 import signal
 import subprocess
 import urllib.request
+import zlib
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -58,7 +59,9 @@ def written(path: Path) -> tuple[dict[str, Any], list[bytes]]:
         return path.read_text().split(f'id="{name}">')[1].split("</script>")[0]
 
     scene = json.loads(block("elastomorph-scene"))
-    return scene, [base64.b64decode(block(model["glb"][1:])) for model in scene["models"]]
+    return scene, [
+        zlib.decompress(base64.b64decode(block(model["glb"][1:]))) for model in scene["models"]
+    ]
 
 
 def rig_in(glb: bytes, folder: Path) -> Rig:

@@ -17,6 +17,7 @@ import needs
 from elastomorph.errors import MissingExtraError
 from elastomorph.io.gltf import read_glb, write_glb
 from elastomorph.io.gltf.accessor_writer import Grid, byte_normals, padded, within_reach
+from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
@@ -50,6 +51,18 @@ def test_a_rig_comes_back_within_what_the_report_says(tmp_path: Path, rig: Rig) 
         for t in (0.0, 0.3, 0.7, 1.0):
             away = np.linalg.norm(back.morphs[name].at(t) - rig.morphs[name].at(t), axis=-1)
             assert away.max() <= allowed * size + 1e-4 * report.dropped_error
+
+
+def test_a_bend_that_is_rounded_away_is_left_out(tmp_path: Path) -> None:
+    """Beside a displacement of 1, in steps of some 1e-5, one of 1e-5 is none."""
+    neutral = Mesh(np.eye(3), [[0, 1, 2]])
+    target = neutral.with_vertices(neutral.vertices + [1.0, 0.0, 0.0])
+    curve = BendCurve.polynomial([0.0, 1.0, -1.0])
+    morph = Morph(neutral, target, np.full((1, 3, 3), 1e-5), (curve,))
+    report = write_glb(tmp_path / "a.glb", Rig(neutral, {"aside": morph}), compress=True)
+    assert report.dropped_bends == ("aside.bend1",)
+    assert 0 < report.dropped_error < 1e-5
+    assert len(read_glb(tmp_path / "a.glb").morphs["aside"].bends) == 0  # and nobody is warned
 
 
 def test_a_triangle_worked_out_by_hand(tmp_path: Path) -> None:

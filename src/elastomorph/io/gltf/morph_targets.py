@@ -57,7 +57,9 @@ class KeptMorph:
                 continue
             peak = curve.height
             moves = peak / scale * np.linalg.norm(bend, axis=1)
-            small = (moves < tolerance) | (moves == 0)
+            # What storing rounds away is left out too, not written as a bend that moves nothing.
+            stored = bend + _rounding(bend, grid)
+            small = (moves < tolerance) | (moves == 0) | ~stored.any(axis=1)
             dropped += np.where(small, moves, 0.0)
             if not small.all():
                 kept[k] = np.where(small[:, None], 0.0, bend)
