@@ -16,6 +16,7 @@ from elastomorph.capturing.scans import registration
 from elastomorph.capturing.scans.registered_files import keep_pose, write_figures
 from elastomorph.capturing.work.registered import Registered
 from elastomorph.io.npz.confidence import read_confidence, write_confidence
+from elastomorph.samples import head
 
 
 @pytest.fixture
