@@ -38,10 +38,11 @@ def write_obj(path: str | Path, mesh: Mesh) -> None:
     """Write a mesh as OBJ: vertices, polygons, texture coordinates, materials and groups.
 
     Reading the file gives back the same mesh, coordinates bit for bit. Names stand in it as in the
-    file that the mesh was read from, if that was OBJ, and in UTF-8 otherwise.
+    file that the mesh was read from, if that was OBJ, and in UTF-8 otherwise. Whose the mesh is
+    stands in a comment, which is not read back.
     """
-    lines: list[str] = []
     encoding = _encoding(mesh)
+    lines = [f"# {said}" for said in ownership(mesh, encoding)]
     if mesh.material_library is not None:
         lines.append(_naming(path, "mtllib", mesh.material_library, encoding))
     lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
@@ -99,6 +100,13 @@ def _encoding(mesh: Mesh) -> str:
     except UnicodeEncodeError:
         return "utf-8"
     return encoding
+
+
+def ownership(mesh: Mesh, encoding: str) -> list[str]:
+    """Whose the mesh is, as the one line of a comment; none where that is not known."""
+    shown = "".join(sign if sign.isprintable() else " " for sign in mesh.copyright)
+    line = " ".join(shown.split()).rstrip("\\ ")  # at which some programs go on with the next line
+    return [line.encode(encoding, "replace").decode(encoding)] if line else []
 
 
 def _naming(path: str | Path, keyword: str, name: str, encoding: str) -> str:

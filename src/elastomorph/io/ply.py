@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import is_file, read_bytes, replacing
 from elastomorph.io.mtl import image_beside
+from elastomorph.io.obj import ownership
 from elastomorph.io.untrusted import naming_file
 from elastomorph.model.appearance import Material
 from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
@@ -500,7 +501,8 @@ def write_ply(path: str | Path, mesh: Mesh, encoding: Encoding = "binary_little_
 
     Args:
         path: The file; its folder must exist. A file that is there is replaced at once.
-        mesh: The mesh. Its texture coordinates, materials and groups are not written.
+        mesh: The mesh. Its texture coordinates, materials and groups are not written; whose it is
+            stands in a comment.
         encoding: ``ascii``, ``binary_little_endian`` or ``binary_big_endian``. Positions are
             float64 (``double``), indices int32.
 
@@ -515,6 +517,7 @@ def write_ply(path: str | Path, mesh: Mesh, encoding: Encoding = "binary_little_
     header = [
         "ply",
         f"format {encoding} 1.0",
+        *(f"comment {said}" for said in ownership(mesh, "ascii")),
         f"element vertex {len(mesh.vertices)}",
         *(f"property double {axis}" for axis in "xyz"),
         f"element face {len(mesh.faces)}",

@@ -2,11 +2,11 @@
 
 A mesh is stored as ``vertices`` (V, 3), ``face_indices`` (C,) and ``face_offsets`` (F + 1,), and
 where it has them ``uv_coordinates`` (T, 2 or 3) and ``uv_corners`` (C,), ``material_names`` and
-``material_of_face`` (F,), ``group_names`` and ``group_of_face`` (F,), ``material_library``, and
-``name_encoding`` where names were Latin-1. A sequence has ``frames`` (T, V, 3), ``times`` (T,),
-``names`` and ``missing`` in place of ``vertices``. Polygons may be left out, and a sequence may
-leave out all but its frames. `elastomorph.io.sequences` reads archives of markers. Many faces in
-one file, .npy or .npz, are written block by block.
+``material_of_face`` (F,), ``group_names`` and ``group_of_face`` (F,), ``material_library``,
+``copyright``, and ``name_encoding`` where names were Latin-1. A sequence has ``frames``
+(T, V, 3), ``times`` (T,), ``names`` and ``missing`` in place of ``vertices``. Polygons may be left
+out, and a sequence may leave out all but its frames. `elastomorph.io.sequences` reads archives of
+markers. Many faces in one file, .npy or .npz, are written block by block.
 """
 
 from __future__ import annotations
@@ -186,6 +186,8 @@ def surface_arrays(mesh: Mesh) -> dict[str, NDArray[Any]]:
             arrays[f"{kind}_of_face"] = labels.of_face
     if mesh.material_library is not None:
         arrays["material_library"] = np.array(mesh.material_library)
+    if mesh.copyright:
+        arrays["copyright"] = np.array(mesh.copyright)
     if mesh.source is not None and mesh.source.encoding != "utf-8":
         arrays["name_encoding"] = np.array(mesh.source.encoding)
     return arrays
@@ -212,6 +214,7 @@ def mesh_of(members: NpzMembers, vertices: NDArray[Any], source: str | Path | No
     library = None
     if "material_library" in names:
         library = str(members.array("material_library", "U", ()))
+    owner = str(members.array("copyright", "U", ())) if "copyright" in names else ""
     encoding: Literal["utf-8", "latin-1"] = "utf-8"
     if "name_encoding" in names and members.array("name_encoding", "U", ()) == "latin-1":
         encoding = "latin-1"
@@ -224,6 +227,7 @@ def mesh_of(members: NpzMembers, vertices: NDArray[Any], source: str | Path | No
             groups=_labels(members, "group", len(faces)),
             material_library=library,
             source=Source(str(source or path), encoding=encoding),
+            copyright=owner,
         )
 
 

@@ -12,6 +12,7 @@ and the mesh prim
     elastomorph:sliders  string      JSON: morphs in order, correctives, groups, checksum
     elastomorph:points   double3[]   the vertices, where float32 is too coarse
     elastomorph:settings string      JSON: the settings of the character, where there were any
+    elastomorph:copyright string     whose it is, where that is known; the layer's comment too
 
 Attributes, not customData: they are typed and compressed, and survive flattening and layering.
 
@@ -36,6 +37,7 @@ BENDS = "elastomorph:bends"
 POINTS = "elastomorph:points"
 SLIDERS = "elastomorph:sliders"
 SETTINGS = "elastomorph:settings"
+COPYRIGHT = "elastomorph:copyright"
 ROOT = "--root="
 STILL = "--still"
 """In place of names of meshes, which these cannot be: the folder in which all files must lie, and

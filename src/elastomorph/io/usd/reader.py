@@ -163,6 +163,7 @@ class FoundMesh:
                 # a converter of glTF splits vertices where texture coordinates end
                 source=Source(str(self._path), split=True),
                 appearance=self._looks,
+                copyright=self._entry["copyright"] or "",
             )
 
     def shape(self, i: int, vertices: int) -> FoundShape:

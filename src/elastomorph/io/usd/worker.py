@@ -31,6 +31,7 @@ from elastomorph.io.skinning import blended_matrices, common_matrix
 from elastomorph.io.usd.composed import Composed, open_composed
 from elastomorph.io.usd.library import (
     BENDS,
+    COPYRIGHT,
     GROUP_FAMILY,
     NAME,
     PATH,
@@ -399,6 +400,7 @@ def _mesh(arrays: dict[str, NDArray[Any]], prefix: str, stage: Any, prim: Any) -
         "left_handed": mesh.GetOrientationAttr().Get() == "leftHanded",
         "sliders": text_of(prim, SLIDERS),
         "settings": text_of(prim, SETTINGS),
+        "copyright": text_of(prim, COPYRIGHT),
         "texture": _texture(keep, mesh, _shown_coordinates(prim)),
         "subsets": _subsets(keep, prim),
         "material": _material(prim),

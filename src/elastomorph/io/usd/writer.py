@@ -26,6 +26,7 @@ from elastomorph.io.usd.exact import checksum, path_to_json, prim_names
 from elastomorph.io.usd.inbetweens import Placement, place_inbetweens
 from elastomorph.io.usd.library import (
     BENDS,
+    COPYRIGHT,
     GROUP_FAMILY,
     NAME,
     PATH,
@@ -431,7 +432,10 @@ def write_usd(
         if settings is not None:
             text = json.dumps(settings, ensure_ascii=False, allow_nan=False)
             set_text(stage.GetPrimAtPath(f"{_ROOT}/Mesh"), SETTINGS, text)
+        if rig.neutral.copyright:
+            set_text(stage.GetPrimAtPath(f"{_ROOT}/Mesh"), COPYRIGHT, rig.neutral.copyright)
         layer, mode = stage.GetRootLayer(), temporary.stat().st_mode
+        # A comment is read by people; of other programs' files it may say anything.
         layer.comment = rig.neutral.copyright
         if suffix == _PACKAGE:
             _pack(temporary, layer, images)
