@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
 
 import elastomorph as em
 from elastomorph.model.mesh import FaceLabels, part_of
@@ -39,6 +40,11 @@ VERSION = 1  # what elastomorph.samples reads
 
 # Vertices of the mouth's lining that ICT-FaceKit's shapes leave almost 1 % of D behind.
 ASTRAY = {"mouthRight": (12307, 12308), "mouthLeft": (13292, 13293)}
+
+# How far eyes turn for shapes that look, in degrees, and the vertices of the eyeballs:
+# ICT-FaceKit's shapes move the lids alone.
+LOOKS = {"Up": 24.0, "Down": 27.0, "In": 32.0, "Out": 32.0}
+EYES = {"Left": slice(21451, 22221), "Right": slice(23021, 23791)}
 
 # The tongue lies along z from its root to its tip; lengths in cm.
 TONGUE_ROOT, TONGUE_TIP = 5.0, 9.8
@@ -59,8 +65,23 @@ def read_shapes(folder: Path, neutral: em.Mesh) -> dict[str, Points]:
         moves[whole] = moves.get(whole, 0.0) + move
     for shape, vertices in ASTRAY.items():
         relax(neutral, moves[shape], vertices)
+    for side, eye in EYES.items():
+        for way in LOOKS:
+            moves[f"eyeLook{way}{side}"][eye] = turned_eye(neutral.vertices[eye], way, side)
     moves["tongueOut"] = tongue_out(neutral, moves["jawOpen"])
     return {name: moves[name] for name in ARKIT}
+
+
+def turned_eye(ball: Points, way: str, side: str) -> Points:
+    """Displacement of an eyeball that turns about the centre of the sphere that fits it best."""
+    behind = ball[ball[:, 2] < np.median(ball[:, 2])]  # no cornea
+    system = np.column_stack([2.0 * behind, np.ones(len(behind))])
+    centre = np.linalg.lstsq(system, np.square(behind).sum(axis=1), rcond=None)[0][:3]
+    angle = np.radians(LOOKS[way])
+    # About x for up and down, about y for the sides; outwards is +x for the left eye.
+    axis = {"Up": (-1, 0, 0), "Down": (1, 0, 0), "Out": (0, 1, 0), "In": (0, -1, 0)}[way]
+    turn = np.multiply(axis, angle) * (1 if side == "Left" or way in ("Up", "Down") else -1)
+    return np.asarray(Rotation.from_rotvec(turn).apply(ball - centre) + centre - ball)
 
 
 def relax(neutral: em.Mesh, move: Points, vertices: Sequence[int]) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 import elastomorph as em
 from elastomorph.errors import FormatError
@@ -37,6 +38,7 @@ def folder(data_dir: Path) -> Path:
 
 # Up to the left eyeball all vertices are ICT-FaceKit's, then those that are seen: the right sclera.
 SKIN_TO_EYE = 22221
+EYES = {"Left": slice(21451, 22221), "Right": slice(22221, 22991)}
 THEIRS = np.r_[0:SKIN_TO_EYE, 23021:23791]
 
 
@@ -76,6 +78,8 @@ def test_each_shape_is_the_sum_of_its_files(folder: Path) -> None:
         away = np.linalg.norm(ours - move[THEIRS], axis=1)
         if name in ("mouthLeft", "mouthRight"):
             away[RELAXED] = 0.0
+        if name.startswith("eyeLook"):
+            away[EYES["Left" if name.endswith("Left") else "Right"]] = 0.0
         assert away.max() < 2e-5 * neutral.diameter, name
 
 
@@ -98,6 +102,27 @@ def test_left_is_plus_x() -> None:
             away = np.linalg.norm(mesh.vertices - head().vertices, axis=1)
             sign = 1.0 if name.endswith("Left") else -1.0
             assert away[sign * x > 0].sum() > 4.0 * away[sign * x < 0].sum(), name
+
+
+@pytest.mark.parametrize(
+    ("way", "degrees"), [("Up", 24.0), ("Down", 27.0), ("In", 32.0), ("Out", 32.0)]
+)
+@pytest.mark.parametrize("side", ["Left", "Right"])
+def test_eyeballs_turn_about_their_centres(way: str, degrees: float, side: str) -> None:
+    """By the stated angle, from forwards to where the name says, and one eye alone."""
+    before, after = head().vertices, shapes()[f"eyeLook{way}{side}"].vertices
+    eye, other = EYES[side], EYES["Right" if side == "Left" else "Left"]
+    middle = before[eye].mean(axis=0), after[eye].mean(axis=0)
+    turn, _ = Rotation.align_vectors(after[eye] - middle[1], before[eye] - middle[0])
+    assert np.degrees(turn.magnitude()) == pytest.approx(degrees, abs=0.05)
+    lengths = (np.linalg.norm(np.diff(mesh[eye], axis=0), axis=1) for mesh in (before, after))
+    np.testing.assert_allclose(*lengths, atol=2e-3)  # steps of 5e-4 cm
+    x, y, z = turn.apply([0.0, 0.0, 1.0])
+    outwards = x if side == "Left" else -x
+    towards = {"Up": y, "Down": -y, "Out": outwards, "In": -outwards}[way]
+    assert towards == pytest.approx(np.sin(np.radians(degrees)), abs=1e-3)
+    assert z > 0.8
+    np.testing.assert_array_equal(before[other], after[other])
 
 
 def test_the_tongue_comes_out_between_the_teeth() -> None:

@@ -67,8 +67,9 @@ def head() -> Mesh:
 def shapes() -> dict[str, Mesh]:
     """The 52 shapes of ARKit, each at full strength, by ARKit's names and in its order.
 
-    ``tongueOut`` is of our own, the others are ICT-FaceKit's; of ``browInnerUp`` and ``cheekPuff``
-    it has halves, which are added up. "Left" is the character's left, +x.
+    ``tongueOut`` is of our own, and so are eyeballs that turn, by 24° up, 27° down and 32° to the
+    sides; the others are ICT-FaceKit's. Of ``browInnerUp`` and ``cheekPuff`` it has halves, which
+    are added up. "Left" is the character's left, +x.
 
     Raises:
         FormatError: The installed file is damaged or of another version.
