@@ -26,7 +26,7 @@ export async function inflated(text: string, most = 2 ** 24): Promise<Uint8Array
   const parts: Uint8Array<ArrayBuffer>[] = [];
   for (let length = 0; ;) {
     const { done, value } = await reader.read();
-    if (done) return new Uint8Array(await new Blob(parts).arrayBuffer());
+    if (done) return joined(parts, length);
     length += value.length;
     if (length > most) {
       await reader.cancel();
@@ -34,4 +34,14 @@ export async function inflated(text: string, most = 2 ** 24): Promise<Uint8Array
     }
     parts.push(value);
   }
+}
+
+function joined(parts: readonly Uint8Array[], length: number): Uint8Array<ArrayBuffer> {
+  const bytes = new Uint8Array(length);
+  let start = 0;
+  for (const part of parts) {
+    bytes.set(part, start);
+    start += part.length;
+  }
+  return bytes;
 }
