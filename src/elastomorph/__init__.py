@@ -63,6 +63,7 @@ if TYPE_CHECKING:
     from elastomorph.physics import Load as Load
     from elastomorph.physics import Material as Material
     from elastomorph.rig import timing as timing
+    from elastomorph.rig.laws import Corrective as Corrective
     from elastomorph.rig.performance.performance import Performance as Performance
     from elastomorph.rig.rig import Rig as Rig
 
@@ -96,6 +97,7 @@ _HOMES = {
     "paths.interpolate": ("interpolate", "prepare"),
     "paths.through": ("through",),
     "physics": ("Load", "Material"),
+    "rig.laws": ("Corrective",),
     "rig.performance.performance": ("Performance",),
     "rig.rig": ("Rig",),
 }

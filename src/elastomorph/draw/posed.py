@@ -50,11 +50,12 @@ def with_paths(rig: Rig, method: Method | None, sliders: Mapping[str, float]) ->
     method, paths that are there are kept.
     """
     rig.sliders.row(sliders)
-    correctives = rig.sliders.correctives
+    # A hinge moves where one of its drivers does; other laws are 0 where one of them is.
+    hinges = {name for name, own in rig.sliders.correctives.items() if own.law == "hinge"}
     moved = [
         name
         for name in rig.morphs
-        if all(driver in sliders for driver in correctives.get(name, (name,)))
+        if (any if name in hinges else all)(d in sliders for d in rig.sliders.drivers(name))
     ]
     return build.with_paths(rig, method, names=moved)
 

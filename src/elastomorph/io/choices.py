@@ -18,7 +18,14 @@ from elastomorph.numbers import first_few
 
 _MOST_SHOWN = 12
 # What a choice counts, written where there is any.
-_COUNTS = {"shrunk": int, "hidden": int, "eased": int, "crossing": int, "deeper": float}
+_COUNTS = {
+    "shrunk": int,
+    "hidden": int,
+    "eased": int,
+    "crossing": int,
+    "deeper": float,
+    "meeting": float,
+}
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,8 @@ class Choice:
             does not, at the time with most of them.
         deeper: How much deeper such surfaces still pass through each other than on the straight
             line, in the neutral and in the target, at most, as a fraction of D.
+        meeting: Of a pair bend: how many times farther the bends of both paths depart from linear
+            than their straight sum moves. `distance` is then how far it moves a vertex, at most.
     """
 
     distance: float
@@ -44,6 +46,7 @@ class Choice:
     eased: int = 0
     crossing: int = 0
     deeper: float = 0.0
+    meeting: float = 0.0
 
     @property
     def straight(self) -> bool:
@@ -66,6 +69,11 @@ class Choice:
         gone = f"; {self.shrunk:,} vertices that shrink to a point go straight" * bool(self.shrunk)
         gone += f"; {self.hidden:,} that end inside other parts go straight" * bool(self.hidden)
         gone += f"; {self.passing}" * bool(self.passing)
+        if self.meeting:
+            return (
+                f"auto: pair bend of up to {100 * self.distance:.2g} % of D, for the bends of both "
+                f"depart {self.meeting:.2g} times farther than their straight sum moves"
+            )
         if self.straight:
             return f"auto: straight, turning differs by {off}{gone}"
         return f"auto: turned, the straight line is {off} away{gone}"

@@ -46,6 +46,7 @@ class Arc(Method):
 
     name = "arc"
     path = "circular arcs of the local rotation"
+    turns = True
 
     tolerance: float = options.tolerance()
 

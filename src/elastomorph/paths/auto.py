@@ -48,6 +48,7 @@ class Auto(Method):
 
     name = "auto"
     path = "the straight line where rotation hardly differs from it, else rotation"
+    turns = True
 
     tolerance: float = options.tolerance()
     straight_within: float = options.number(

@@ -50,6 +50,7 @@ class Method(metaclass=_ByName):
         on_surfaces: Whether it needs polygons.
         on_curves: Whether it needs curves, of a surface too.
         pointwise: Whether the path of a vertex depends on its own ends only.
+        turns: Whether it turns what moves, so that the bend to a sum of targets is no sum of bends.
 
     Raises:
         ParameterError: The name or an option is unknown, or a value is out of its range.
@@ -61,6 +62,7 @@ class Method(metaclass=_ByName):
     on_surfaces: ClassVar[bool] = False
     on_curves: ClassVar[bool] = False
     pointwise: ClassVar[bool] = False
+    turns: ClassVar[bool] = False
 
     if TYPE_CHECKING:
 

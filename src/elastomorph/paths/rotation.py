@@ -57,6 +57,7 @@ class Rotation(Method):
     name = "rotation"
     path = "least distortion of the surface: parts that turn are turned"
     on_surfaces = True
+    turns = True
 
     tolerance: float = options.tolerance()
 

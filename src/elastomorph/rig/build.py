@@ -9,6 +9,7 @@ from elastomorph.curves import CurveNetwork
 from elastomorph.model.geometry import moved_extent
 from elastomorph.model.mesh import Mesh
 from elastomorph.paths import Method, prepare
+from elastomorph.rig.pairs import is_pair_bend
 from elastomorph.rig.rig import Rig, paths_to
 
 
@@ -42,11 +43,25 @@ def with_paths(
     count for D, the `extent`, which is that of what the targets move by default.
     """
     anew = any(value is not None for value in (method, extent, *settings.values()))
-    given = {
-        name: morph.target if (anew or morph.bare) and (names is None or name in names) else morph
+    made = {
+        name
         for name, morph in rig.morphs.items()
+        if (anew or morph.bare) and (names is None or name in names) and not is_pair_bend(morph)
     }
-    if all(given[name] is morph for name, morph in rig.morphs.items()):
+    if not made:
         return rig
-    morphs = paths_to(rig.neutral, given, method, curves=curves, extent=extent, say=say, **settings)
-    return Rig(rig.neutral, morphs, correctives=rig.sliders.correctives, groups=rig.sliders.groups)
+    # Pair bends are of the paths that were.
+    gone = rig.pair_bends().keys() - rig.pair_bends(made)
+    given = {n: m.target if n in made else m for n, m in rig.morphs.items() if n not in gone}
+    kept = {name: own for name, own in rig.sliders.correctives.items() if name not in gone}
+    morphs, correctives = paths_to(
+        rig.neutral,
+        given,
+        method,
+        curves=curves,
+        extent=extent,
+        correctives=kept,
+        say=say,
+        **settings,
+    )
+    return Rig(rig.neutral, morphs, correctives=correctives, groups=rig.sliders.groups)

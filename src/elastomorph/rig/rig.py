@@ -5,7 +5,7 @@ The paths of a rig: those given, and those made to targets that are meshes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
 from pathlib import Path
 from types import MappingProxyType
@@ -22,10 +22,13 @@ from elastomorph.model.morph import Morph
 from elastomorph.numbers import as_numbers, real_type
 from elastomorph.rig.fields import MorphFields, RigFields, block_length, checked_output
 from elastomorph.rig.handles import Handle, Place
+from elastomorph.rig.laws import Corrective
+from elastomorph.rig.pairs import is_pair_bend, pair_bends
 from elastomorph.rig.sliders import (
     Sliders,
     Times,
     Weights,
+    named_correctives,
     named_lists,
     named_moments,
     table_moments,
@@ -44,13 +47,16 @@ def paths_to(
     *,
     curves: CurveNetwork | None = None,
     extent: float | None = None,
+    correctives: Mapping[str, Corrective] = MappingProxyType({}),
     say: Callable[[str], None] = lambda _: None,
     **settings: object,
-) -> dict[str, Morph]:
+) -> tuple[dict[str, Morph], dict[str, Corrective]]:
     """A path from the neutral by each name, in their order: those given, and made to targets.
 
     They are made on all cores, by ``auto`` where no method is named, with D of what all move.
     Vertices at one place in the neutral and at the end of every path move as one, as for `prepare`.
+    Behind them are the pair bends of those that were made and meet; the correctives are those given
+    and theirs.
     """
     require_mesh(neutral, "the neutral of a rig")
     if not isinstance(morphs, Mapping):
@@ -62,7 +68,7 @@ def paths_to(
     if not targets:
         if method is not None:
             raise ParameterError("every path of the rig is there: a method has nothing to make")
-        return dict(morphs)  # type: ignore[arg-type]
+        return dict(morphs), dict(correctives)  # type: ignore[arg-type]
     # Imported here: a rig whose paths are there needs nothing of what makes them.
     from elastomorph.paths import Method, prepare
 
@@ -86,7 +92,12 @@ def paths_to(
         whole[name] = to(targets[name])
 
     in_own_threads(make, enumerate(targets, start=1))
-    return whole  # type: ignore[return-value]
+    paths: dict[str, Morph] = whole  # type: ignore[assignment]
+    if not Method.of(chosen).turns:
+        return paths, dict(correctives)
+    scale = neutral.diameter if extent is None else extent
+    pairs, driven = pair_bends(neutral, paths, correctives, to, scale, targets, say)
+    return paths | pairs, {**correctives, **driven}
 
 
 def _bare_targets(neutral: Mesh, morphs: Mapping[str, Morph | Mesh]) -> dict[str, Mesh]:
@@ -115,9 +126,9 @@ class Rig:
         neutral: The face at rest.
         morphs: Path of each expression by name, all from this neutral; or its target, a mesh, to
             which a path is made.
-        correctives: Drivers of each combination shape: its weight is the product of theirs. Name
-            the corrective itself among them if it has a slider of its own, as ``mouthClose`` on
-            top of ``jawOpen``: ``{"mouthClose": ("jawOpen", "mouthClose")}``.
+        correctives: How sliders drive each combination shape: a `Corrective`, or its drivers alone,
+            whose product is its weight. Name the corrective itself among them if it has a slider of
+            its own, as in ``{"mouthClose": ("jawOpen", "mouthClose")}``.
         groups: Names of groups and the morphs in each.
         method: How paths are made to the targets that are meshes, as for `elastomorph.interpolate`;
             ``auto`` by default, with D the extent of what the targets move.
@@ -139,17 +150,16 @@ class Rig:
         neutral: Mesh,
         morphs: Mapping[str, Morph | Mesh],
         *,
-        correctives: Mapping[str, Sequence[str]] | None = None,
+        correctives: Mapping[str, Corrective | Sequence[str]] | None = None,
         groups: Mapping[str, Sequence[str]] | None = None,
         method: str | Method | None = None,
     ) -> None:
         self.neutral = neutral
-        self.morphs: Mapping[str, Morph] = MappingProxyType(paths_to(neutral, morphs, method))
-        self.sliders = Sliders(
-            tuple(self.morphs),
-            named_lists(correctives, "correctives"),
-            named_lists(groups, "groups"),
+        paths, driven = paths_to(
+            neutral, morphs, method, correctives=named_correctives(correctives)
         )
+        self.morphs: Mapping[str, Morph] = MappingProxyType(paths)
+        self.sliders = Sliders(tuple(paths), driven, named_lists(groups, "groups"))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """What copies are made of, such as those that other processes get."""
@@ -172,6 +182,8 @@ class Rig:
     def only(self, names: Sequence[str]) -> Rig:
         """A rig of some of the morphs, in the order of the names, without correctives.
 
+        The pair bends of those that meet are a part of their paths and stay, behind them.
+
         Raises:
             ParameterError: An unknown name.
         """
@@ -179,7 +191,21 @@ class Rig:
             raise ParameterError(f"names are a list of morphs, found {names!r}")
         for name in names:
             self.sliders.require(name, self.sliders.morphs)
-        return Rig(self.neutral, {name: self.morphs[name] for name in names})
+        pairs = self.pair_bends(set(self.morphs).difference(names))
+        kept = {name: self.morphs[name] for name in (*names, *pairs)}
+        return Rig(self.neutral, kept, correctives=pairs)
+
+    def pair_bends(self, without: Collection[str] = ()) -> dict[str, Corrective]:
+        """What drives each pair bend: a corrective that has bends and no shape.
+
+        Args:
+            without: Morphs that do not count; what they drive is left out, and they are.
+        """
+        return {
+            name: own
+            for name, own in self.sliders.correctives.items()
+            if is_pair_bend(self.morphs[name]) and not {*own.drivers} & {*without}
+        }
 
     def pose(self, weights: Weights) -> NDArray[np.float64]:
         """Positions under slider weights, as an animator sets them.

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import ParameterError
 from elastomorph.numbers import LARGEST_WEIGHT, as_number, as_numbers, path_times
+from elastomorph.rig.laws import Corrective
 from elastomorph.rig.naming import nearest_name
 
 Weights = Mapping[str, float] | ArrayLike
@@ -23,22 +24,19 @@ Number = TypeVar("Number", np.float64, np.complex128)
 class Sliders:
     """The sliders of a rig, and the morphs they drive.
 
-    A morph without drivers has a slider of its own name. A *corrective* is driven by several: its
-    weight is the product of theirs. Where it has a slider of its own, it is one of its drivers.
+    A morph without drivers has a slider of its own name. A *corrective* is driven by several, by a
+    law. Where it has a slider of its own, it is one of its drivers.
     """
 
     morphs: tuple[str, ...]  # Names of all morphs, in the order of the rig
-    # Name of each corrective, and its drivers.
-    correctives: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    correctives: Mapping[str, Corrective] = field(default_factory=dict)  # by their names
     # Names of groups, and the sliders in each.
     groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for name, drivers in self.correctives.items():
+        for name, corrective in self.correctives.items():
             self.require(name, self.morphs)
-            if not drivers:
-                raise ParameterError(f"the corrective {name!r} has no drivers; name at least one")
-            for driver in drivers:
+            for driver in corrective.drivers:
                 self.require(driver, self.morphs)
                 if driver != name and driver in self.correctives:
                     raise ParameterError(
@@ -49,10 +47,14 @@ class Sliders:
             for name in members:
                 self.require(name, self.morphs)
 
+    def drivers(self, name: str) -> tuple[str, ...]:
+        """The sliders that drive a morph: that of its own name, where it is no corrective."""
+        return self.correctives[name].drivers if name in self.correctives else (name,)
+
     @cached_property
     def names(self) -> tuple[str, ...]:
         """The sliders in order: every morph but the correctives that others drive entirely."""
-        return tuple(name for name in self.morphs if name in self.correctives.get(name, (name,)))
+        return tuple(name for name in self.morphs if name in self.drivers(name))
 
     def row(self, weights: Weights) -> NDArray[np.float64]:
         """(sliders,) weights in the order of the sliders; those that no name was given are 0."""
@@ -90,25 +92,25 @@ class Sliders:
 
     @cached_property
     def driver_columns(self) -> list[list[int]]:
-        """For each morph, the columns of the sliders whose weights are multiplied."""
+        """For each morph, the columns of the sliders that drive it."""
         column = self._column
-        return [[column[d] for d in self.correctives.get(n, (n,))] for n in self.morphs]
+        return [[column[driver] for driver in self.drivers(name)] for name in self.morphs]
 
     def drive(self, weights: NDArray[Number]) -> NDArray[Number]:
-        """(S, morphs) weight of each morph from (S, sliders), real or complex: products."""
+        """(S, morphs) weight of each morph from (S, sliders), real or complex."""
         if not self.correctives:
             return weights
         driven = weights[:, [columns[0] for columns in self.driver_columns]]
-        for morph, columns in enumerate(self.driver_columns):
-            if len(columns) > 1:
-                driven[:, morph] = weights[:, columns].prod(axis=1)
+        for morph, (name, columns) in enumerate(zip(self.morphs, self.driver_columns, strict=True)):
+            if name in self.correctives:
+                driven[:, morph] = self.correctives[name].weight(weights[:, columns])
         return driven
 
     def drive_rates(
         self, row: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """(morphs,) weights from (sliders,), and (morphs, sliders) their derivatives."""
-        # The product rule by a complex step: exact to rounding.
+        # By a complex step: exact to rounding.
         step = 1e-100
         driven = self.drive(row + 1j * step * np.eye(len(row)))
         times = self.drive(row[None])[0]
@@ -141,6 +143,17 @@ class Sliders:
                 + f" is {table[tuple(place)]:g}; it must be finite and at most {LARGEST_WEIGHT:g}"
             )
         return table
+
+
+def named_correctives(
+    named: Mapping[str, Corrective | Sequence[str]] | None,
+) -> dict[str, Corrective]:
+    """Correctives by name; where only drivers are given, products."""
+    if isinstance(named, Mapping):
+        lists = {n: own for n, own in named.items() if not isinstance(own, Corrective)}
+        listed = named_lists(lists, "correctives")
+        return {n: Corrective.of(listed.get(n, own)) for n, own in named.items()}
+    return {name: Corrective(own) for name, own in named_lists(named, "correctives").items()}
 
 
 def named_lists(named: Mapping[str, Sequence[str]] | None, what: str) -> dict[str, tuple[str, ...]]:

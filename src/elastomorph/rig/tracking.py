@@ -622,7 +622,7 @@ def _unseen(points: HandledPoints, ever: NDArray[np.bool_], prior: float) -> NDA
     left = np.square(moved - moved @ basis @ basis.T).sum(axis=1) / (points.reach or 1.0) ** 2
     told = dict.fromkeys(points.sliders.morphs, 0.0)
     for name, own in zip(told, np.maximum.reduceat(left, points.deltas), strict=True):
-        for driver in points.sliders.correctives.get(name, (name,)):
+        for driver in points.sliders.drivers(name):
             told[driver] = max(told[driver], float(own))
     unseen = np.array([told[name] <= max(2 * prior, 1e-12) for name in points.sliders.names])
     if unseen.all():

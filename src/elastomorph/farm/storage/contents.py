@@ -158,7 +158,10 @@ def _largest_displacement(rig: Rig, columns: Columns) -> float:
     ranges = {column.name: (column.low, column.high) for column in columns}
     moved = np.zeros(rig.neutral.vertices.size)
     for name, morph in zip(rig.sliders.morphs, rig.fields.morphs, strict=True):
-        low, high = _product([ranges[own] for own in rig.sliders.correctives.get(name, (name,))])
+        low, high = ranges.get(name, (0.0, 0.0))
+        if name in rig.sliders.correctives:
+            own = rig.sliders.correctives[name]
+            low, high = own.reach([ranges[driver] for driver in own.drivers])
         zeta = 1.0
         if "t" in ranges:
             zeta = max(abs(low), abs(high))
@@ -171,15 +174,6 @@ def _largest_displacement(rig: Rig, columns: Columns) -> float:
             for factor, part in zip(factors, span.fields, strict=True):
                 moved[place] += zeta * factor * np.abs(part).reshape(-1)
     return float(moved.max(initial=0.0))
-
-
-def _product(ranges: list[tuple[float, float]]) -> tuple[float, float]:
-    """The least and the greatest product of numbers within ranges."""
-    least, greatest = ranges[0]
-    for low, high in ranges[1:]:
-        ends = [a * b for a in (least, greatest) for b in (low, high)]
-        least, greatest = min(ends), max(ends)
-    return least, greatest
 
 
 @dataclass(frozen=True)

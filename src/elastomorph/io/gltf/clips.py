@@ -412,7 +412,7 @@ def _folds(file: GltfFile) -> dict[str, BendCurve]:
         given = _given_names(file, entry_of(file, "meshes", number))
         with suppress(ValueError):  # whoever reads the rig is told
             own = stored_rig(stored, different_names(given), file.budget, given)
-            found |= {m.target: m.fold for m in own.morphs if m.fold is not None}
+            found |= {m.target: m.fold for m in own.morphs if m.target and m.fold is not None}
     return found
 
 
@@ -429,17 +429,14 @@ def _unfolded(weights: Floats, fold: BendCurve) -> Floats:
 
 
 def _weights(sliders: Sliders, tracks: dict[str, Floats], count: int) -> Floats:
-    """(T, S) weights of sliders; that of a corrective is its share of what drives it."""
+    """(T, S) weights of sliders; of one that is a corrective too, what gives it its weight."""
     table = np.zeros((count, len(sliders.names)))
     for column, name in enumerate(sliders.names):
         if name not in tracks:
             continue
         table[:, column] = tracks[name]
-        others = [d for d in sliders.correctives.get(name, ()) if d != name]
-        for driver in others:
-            weight = tracks.get(driver, np.zeros(count))
-            steady = np.abs(weight) > 1e-6
-            table[:, column] = np.where(
-                steady, table[:, column] / np.where(steady, weight, 1.0), 0.0
-            )
+        if name in sliders.correctives:
+            own = sliders.correctives[name]
+            given = {d: tracks.get(d, np.zeros(count)) for d in own.drivers if d != name}
+            table[:, column] = own.driven_by(name, given, tracks[name])
     return table

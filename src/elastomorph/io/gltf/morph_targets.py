@@ -20,9 +20,13 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class KeptMorph:
-    """The targets of one morph: Δ, then its bends, less one that Δ itself can play."""
+    """The targets of one morph: Δ, then its bends, less one that Δ itself can play.
 
-    first: int  # Number of the target with Δ
+    A pair bend has no Δ.
+    """
+
+    first: int  # Number of its first target
+    whole: bool  # Whether that is Δ
     bends: tuple[int, ...]  # The bends k that became targets
     # (V, 3) float64 of each of these bends, zero where it hardly moves
     displacements: tuple[NDArray[np.float64], ...]
@@ -42,8 +46,19 @@ class KeptMorph:
         return None if self.folded is None else self.folded[1]
 
     @classmethod
-    def of(cls, morph: Morph, first: int, tolerance: float, grid: Grid | None = None) -> KeptMorph:
-        """The targets of a morph from number ``first`` on; the tolerance is a fraction of D."""
+    def of(
+        cls,
+        morph: Morph,
+        first: int,
+        tolerance: float,
+        grid: Grid | None = None,
+        *,
+        slider: bool = True,
+    ) -> KeptMorph:
+        """The targets of a morph from number ``first`` on; the tolerance is a fraction of D.
+
+        A slider has a Δ in any case; other morphs have one where it moves anything.
+        """
         scale = morph.neutral.diameter or 1.0
         kept: dict[int, NDArray[np.float64]] = {}
         dropped = np.zeros(len(morph.delta))
@@ -66,12 +81,18 @@ class KeptMorph:
                 rounded.append(peak * _rounding(kept[k], grid))
         error = largest_move(rounded) / scale
         curves = tuple(morph.bend_curves[k] for k in kept)
-        return cls(first, tuple(kept), tuple(kept.values()), dropped, error, curves, folded)
+        whole = slider or bool(morph.delta.any()) or not kept
+        return cls(first, whole, tuple(kept), tuple(kept.values()), dropped, error, curves, folded)
+
+    def fields(self, morph: Morph) -> tuple[NDArray[np.float64], ...]:
+        """What each of its targets moves, (V, 3)."""
+        return (*((morph.delta,) if self.whole else ()), *self.displacements)
 
     def weights(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(1 + bends, T) weights of its targets at each t."""
+        """(targets, T) weights of its targets at each t."""
         pace = times if self.fold is None else times + self.fold(times)
-        return np.stack([pace, *(curve(times) for curve in self.curves)])
+        whole = [pace] if self.whole else []
+        return np.stack([*whole, *(curve(times) for curve in self.curves)])
 
 
 def _folded(morph: Morph) -> tuple[int, BendCurve] | None:
@@ -107,9 +128,10 @@ class MorphTargets:
         morphs: list[KeptMorph] = []
         taken = set(rig.morphs)
         for name, morph in rig.morphs.items():
-            own = KeptMorph.of(morph, len(names), tolerance, grid)
+            slider = name in rig.sliders.drivers(name)
+            own = KeptMorph.of(morph, len(names), tolerance, grid, slider=slider)
             morphs.append(own)
-            names.append(name)
+            names += [name] if own.whole else []
             for k in range(len(morph.bends)):
                 if own.folded is not None and k == own.folded[0]:
                     continue
@@ -138,7 +160,7 @@ def targets_of_parts(
         [
             np.linalg.norm(shape, axis=1) / (rig.neutral.diameter or 1.0)
             for morph, kept in zip(rig.morphs.values(), targets.morphs, strict=True)
-            for shape in (morph.delta, *kept.displacements)
+            for shape in kept.fields(morph)
         ]
     )
     has = np.zeros((count, lengths.shape[1]), dtype=bool)
@@ -153,8 +175,8 @@ def targets_of_parts(
     first = {name: kept.first for name, kept in zip(rig.morphs, targets.morphs, strict=True)}
     starts = list(first.values())
     found[:, starts] = np.logical_or.reduceat(found, starts, axis=1)
-    for name, drivers in rig.sliders.correctives.items():
-        found[:, [first[driver] for driver in drivers]] |= found[:, [first[name]]]
+    for name, own in rig.sliders.correctives.items():
+        found[:, [first[driver] for driver in own.drivers]] |= found[:, [first[name]]]
     missed = np.add.reduceat(lengths * (~found.T @ has), starts, axis=0)
     return found, float((missed + [kept.dropped for kept in targets.morphs]).max())
 

@@ -38,6 +38,7 @@ from elastomorph.model.appearance import Material
 from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
+from elastomorph.rig.laws import Corrective
 
 # What they say is of materials, images, lights, sounds or behaviour: no vertex depends on it.
 _HARMLESS = (
@@ -129,7 +130,7 @@ def rig_of(file: GltfFile, meshes: Sequence[ReadMesh]) -> Rig:
     if gone:
         more = f"; {len(gone) - 1} more of its meshes have lost something too" if gone[1:] else ""
         warn(f"{file.path}: {gone[0]}{more}")
-    correctives: dict[str, list[str]] = {}
+    correctives: dict[str, Corrective] = {}
     groups: dict[str, list[str]] = {}
     for own in meshes:
         correctives |= own.stored.correctives
@@ -312,7 +313,10 @@ def _neutral(file: GltfFile, primitives: Primitives, looks: dict[str, Material] 
 
 def _morph(neutral: Mesh, primitives: Primitives, stored: StoredMorph) -> Morph:
     count = len(neutral.vertices)
-    delta = primitives.displacement(stored.target)[:count]
+    if stored.target is None:
+        delta = np.zeros((count, 3))
+    else:
+        delta = primitives.displacement(stored.target)[:count]
     bends = [primitives.displacement(target)[:count] for target, _ in stored.bends]
     curves = [curve for _, curve in stored.bends]
     if stored.fold is not None:  # (t + fold(t)) Δ = tΔ + fold(t) Δ

@@ -26,7 +26,9 @@ is a bend that is a multiple of Δ and so needs no target of its own. The weight
 is then t + fold(t).
 
 Version 3 knows ``"index": 4`` beside a ``target`` that shares its name with others of its mesh: the
-number of the one that is meant.
+number of the one that is meant; and laws of correctives, ``{"name": …, "drivers": […], "law":
+"min"}`` with ``gains`` or a ``sharpness``, see `elastomorph.Corrective`. A morph that is driven
+entirely by others may then have bends and no ``target``: a pair bend.
 """
 
 from __future__ import annotations
@@ -43,9 +45,10 @@ from elastomorph.io.gltf.morph_targets import MorphTargets
 from elastomorph.io.untrusted import MemoryBudget
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.rig import Rig
+from elastomorph.rig.laws import Corrective
 from elastomorph.rig.sliders import Sliders
 
-WITHOUT_FOLDS, FOLDS, INDICES = 1, 2, 3
+WITHOUT_FOLDS, FOLDS, INDICES, LAWS = 1, 2, 3, 3
 """Versions."""
 
 
@@ -54,7 +57,7 @@ class StoredMorph:
     """A morph as the file describes it."""
 
     name: str  # Its name
-    target: str  # Name of the morph target with Δ
+    target: str | None  # Name of the morph target with Δ; a pair bend has none
     bends: tuple[tuple[str, BendCurve], ...]  # Name of the morph target of each bend, and its curve
     more: Mapping[str, Any]  # Further arguments of `Morph`
     fold: BendCurve | None = None  # What is added to the weight of the target itself
@@ -70,7 +73,7 @@ class StoredRig:
     """A rig as the file describes it."""
 
     morphs: tuple[StoredMorph, ...]  # Its morphs in order
-    correctives: dict[str, list[str]]  # Name and drivers of each combination shape
+    correctives: dict[str, Corrective]  # How others drive a shape, by its name
     groups: dict[str, list[str]]  # Name and members of each group
     described: bool = True  # False where the file says nothing that fits
 
@@ -100,20 +103,21 @@ def rig_extras(rig: Rig, targets: MorphTargets, held: Collection[int]) -> dict[s
     """The description of a rig by a mesh that holds its targets of these numbers."""
     sliders = rig.sliders
     known = {n for n, kept in zip(rig.morphs, targets.morphs, strict=True) if kept.first in held}
-    correctives = {name: own for name, own in sliders.correctives.items() if name in known}
+    correctives = corrective_entries({n: c for n, c in sliders.correctives.items() if n in known})
+    folds = any(kept.fold for kept in targets.morphs)
     return {
-        "version": FOLDS if any(kept.fold for kept in targets.morphs) else WITHOUT_FOLDS,
+        "version": least_version(correctives, folds=folds),
         "morphs": [
             {
                 "name": name,
-                "target": targets.names[kept.first],
+                **({"target": targets.names[kept.first]} if kept.whole else {}),
                 "method": morph.method,
                 "bake_error": float(morph.bake_error + kept.dropped_error),
                 "choice": choice_to_json(morph.choice),
                 "limit_law": curve_to_json(morph.limit_law),
                 "bends": [
                     {"target": targets.names[number], "curve": curve_to_json(morph.bend_curves[k])}
-                    for number, k in enumerate(kept.bends, start=kept.first + 1)
+                    for number, k in enumerate(kept.bends, start=kept.first + kept.whole)
                     if number in held
                 ],
                 **({} if kept.fold is None else {"fold": curve_to_json(kept.fold)}),
@@ -121,9 +125,23 @@ def rig_extras(rig: Rig, targets: MorphTargets, held: Collection[int]) -> dict[s
             for (name, morph), kept in zip(rig.morphs.items(), targets.morphs, strict=True)
             if name in known
         ],
-        "correctives": [{"name": n, "drivers": [*own]} for n, own in correctives.items()],
+        "correctives": correctives,
         "groups": [{"name": n, "members": [*own]} for n, own in sliders.groups.items()],
     }
+
+
+def corrective_entries(correctives: Mapping[str, Corrective]) -> list[dict[str, Any]]:
+    """The list of correctives of a mesh."""
+    return [{"name": name, **own.entry()} for name, own in correctives.items()]
+
+
+def least_version(
+    correctives: Sequence[Mapping[str, Any]], *, folds: bool = False, indices: bool = False
+) -> int:
+    """The least version that says what is said."""
+    if indices or any("law" in own for own in correctives):
+        return LAWS
+    return FOLDS if folds else WITHOUT_FOLDS
 
 
 def stored_rig(
@@ -137,7 +155,12 @@ def stored_rig(
     version = _version(stored)
     names_of = _Targets(targets, given if version >= INDICES else ())
     morphs = [_morph(entry, version, names_of) for entry in _list(stored, "morphs")]
-    used = [target for m in morphs for target in (m.target, *(bend for bend, _ in m.bends))]
+    used = [
+        target
+        for m in morphs
+        for target in (m.target, *(bend for bend, _ in m.bends))
+        if target is not None
+    ]
     missing = set(used).difference(targets)
     if missing:
         raise ParameterError(f"it names the morph target {min(missing)!r}, which does not exist")
@@ -145,13 +168,15 @@ def stored_rig(
     names = [morph.name for morph in morphs]
     if len(set(used)) != len(used) or len(set(names)) != len(names):
         raise ParameterError("it uses a morph target or a name twice")
-    found = StoredRig(
-        tuple(morphs), _lists(stored, "correctives", "drivers"), _lists(stored, "groups", "members")
-    )
-    lists = (*found.correctives.values(), *found.groups.values())
+    correctives = _correctives(stored, version)
+    found = StoredRig(tuple(morphs), correctives, _lists(stored, "groups", "members"))
+    lists = (*(own.drivers for own in correctives.values()), *found.groups.values())
     budget.spend_lookups(2 * sum(map(len, lists)), len(names))  # here, and by the rig
-    correctives = {name: tuple(drivers) for name, drivers in found.correctives.items()}
-    Sliders(tuple(names), correctives, {name: tuple(own) for name, own in found.groups.items()})
+    groups = {name: tuple(own) for name, own in found.groups.items()}
+    sliders = Sliders(tuple(names), correctives, groups)
+    for morph in morphs:
+        if morph.target is None and morph.name in sliders.drivers(morph.name):
+            raise ParameterError(f"{morph.name!r} has a slider and no morph target")
     return found
 
 
@@ -160,22 +185,40 @@ def joined_rigs(parts: Sequence[StoredRig], whole: Mapping[str, Any]) -> StoredR
     names = (name if isinstance(name, str) else "" for name in _list(dict(whole), "targets"))
     order = {name: number for number, name in enumerate(names)}
     last = len(order)
+
+    def place(target: str) -> int:
+        return order.get(target, last)
+
     morphs: dict[str, StoredMorph] = {}
     for morph in (own for part in parts for own in part.morphs):
         known = morphs.get(morph.name, morph)
         if (known.target, known.fold is None) != (morph.target, morph.fold is None):
             raise ParameterError(f"two meshes say different things of {morph.name!r}")
         bends = {**dict(known.bends), **dict(morph.bends)}.items()
-        in_order = tuple(sorted(bends, key=lambda bend: order.get(bend[0], last)))
+        in_order = tuple(sorted(bends, key=lambda bend: place(bend[0])))
         said = known if known.bends else morph
         morphs[morph.name] = replace(said, bends=in_order)
-    found = sorted(morphs.values(), key=lambda morph: order.get(morph.target, last))
+    found = sorted(
+        morphs.values(), key=lambda morph: min(map(place, _names_of(morph)), default=last)
+    )
     correctives = {name: own for part in parts for name, own in part.correctives.items()}
     groups = _lists(dict(whole), "groups", "members")
     sliders = {morph.name for morph in found}
     if not sliders.issuperset(member for own in groups.values() for member in own):
         raise ParameterError("a group has a member that does not exist")
     return StoredRig(tuple(found), correctives, groups)
+
+
+def _names_of(morph: StoredMorph) -> list[str]:
+    """Of the target that a morph is sorted by: Δ, or the bends of one that has none."""
+    return [name for name, _ in morph.bends] if morph.target is None else [morph.target]
+
+
+def _correctives(stored: dict[str, Any], version: int) -> dict[str, Corrective]:
+    lists = _lists(stored, "correctives", "drivers")
+    if version < LAWS:
+        return {name: Corrective.of(own) for name, own in lists.items()}
+    return {entry["name"]: Corrective.of(entry) for entry in _list(stored, "correctives")}
 
 
 def _version(stored: Any) -> int:
@@ -223,7 +266,9 @@ def _morph(entry: Any, version: int, targets: _Targets) -> StoredMorph:
     if "limit_law" in entry:
         more["limit_law"] = curve_from_json(entry["limit_law"])
     fold = curve_from_json(entry["fold"]) if version >= FOLDS and "fold" in entry else None
-    return StoredMorph(_text(entry, "name"), targets.named(entry), tuple(bends), more, fold)
+    without = version >= LAWS and "target" not in entry
+    target = None if without else targets.named(entry)
+    return StoredMorph(_text(entry, "name"), target, tuple(bends), more, fold)
 
 
 def _text(entry: Mapping[str, Any], key: str) -> str:

@@ -74,8 +74,10 @@ def slider_clips(
     scale = rig.neutral.diameter or 1.0
     clips = []
     for (name, morph), kept in zip(rig.morphs.items(), targets.morphs, strict=True):
+        if not kept.whole:  # a pair bend moves nothing by itself
+            continue
         curves = [*kept.curves, *([] if kept.fold is None else [kept.fold])]
-        moved = [morph.delta, *kept.displacements]
+        moved = kept.fields(morph)
         sizes = np.array([np.linalg.norm(field, axis=1).max() / scale for field in moved])
         times, error = np.array([0.0, 1.0]), 0.0
         if curves or timing is not linear:
@@ -135,7 +137,8 @@ def weight_animation(
 
 
 def _fill(weights: NDArray[np.float32], kept: KeptMorph, t: NDArray[np.float64]) -> None:
-    weights[:, kept.first : kept.first + 1 + len(kept.curves)] = kept.weights(t).T
+    rows = kept.weights(t)
+    weights[:, kept.first : kept.first + len(rows)] = rows.T
 
 
 def _moves(
@@ -497,13 +500,13 @@ class _Content:
                     primitive["targets"][held[:column].sum()][kind] = number
 
         for morph, kept in zip(rig.morphs.values(), self.targets.morphs, strict=True):
-            for column, moved in enumerate((morph.delta, *kept.displacements), start=kept.first):
+            for column, moved in enumerate(kept.fields(morph), start=kept.first):
                 rows = moved.astype(np.float32) if grid is None else grid.displacements(moved)
                 add("POSITION", "positions", column, rows)
             if with_normals and len(faces):
                 turned = normal_deltas(corners, morph, kept.bends, at_rest, kept.fold)
                 turned[np.linalg.norm(turned, axis=2) < _LEAST_TURN] = 0.0
-                for column, each in enumerate(turned, start=kept.first):
+                for column, each in enumerate(turned[not kept.whole :], start=kept.first):
                     fits = each.astype(np.float32)
                     rows = fits if grid is None else byte_normals(within_reach(each, at_rest))
                     add("NORMAL", "normals", column, rows)

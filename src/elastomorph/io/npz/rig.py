@@ -13,7 +13,8 @@ an archive holds, for J morphs with K bends in all:
 - C different curves: ``curve_shapes`` (C, 2) pieces and coefficients of each, ``curve_breaks``,
   ``curve_coefficients``, ``curve_of_bend`` (K,) and ``curve_of_limit_law`` (J,);
 - where there are any, ``corrective_names``, ``corrective_counts``, ``corrective_drivers``, and the
-  same for ``slider_group_names``, ``slider_group_counts``, ``slider_group_members``.
+  same for ``slider_group_names``, ``slider_group_counts``, ``slider_group_members``;
+- in version 2, which is written where a corrective is no product, ``corrective_laws``, as JSON.
 """
 
 from __future__ import annotations
@@ -35,8 +36,10 @@ from elastomorph.io.untrusted import naming_file
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.morph import Choice, Morph
 from elastomorph.rig import Rig
+from elastomorph.rig.laws import Corrective
 
 _VERSION = 1
+_LAWS = 2
 _MOST_TERMS = 256
 
 
@@ -89,6 +92,7 @@ def rig_arrays(rig: Rig) -> dict[str, NDArray[Any]]:
         of_limit_law.append(numbered(morph.limit_law))
     choices = [json.dumps(choice_to_json(m.choice)) if m.choice else "" for m in morphs]
     shapes = [curve.coefficients.shape for curve in curves.values()]
+    correctives = rig.sliders.correctives
     arrays: dict[str, NDArray[Any]] = {
         "neutral": rig.neutral.vertices,
         **surface_arrays(rig.neutral),
@@ -107,11 +111,15 @@ def rig_arrays(rig: Rig) -> dict[str, NDArray[Any]]:
         "curve_coefficients": np.concatenate(
             [np.empty(0), *(curve.coefficients.ravel() for curve in curves.values())]
         ),
-        **_list_arrays("corrective", "drivers", rig.sliders.correctives),
+        **_list_arrays("corrective", "drivers", {n: own.drivers for n, own in correctives.items()}),
         **_list_arrays("slider_group", "members", rig.sliders.groups),
     }
+    laws = [own.entry() for own in correctives.values()]
+    version = _LAWS if any("law" in entry for entry in laws) else _VERSION
+    if version == _LAWS:
+        arrays["corrective_laws"] = np.array([json.dumps(entry) for entry in laws], dtype=np.str_)
     names = np.array(list(arrays), dtype=np.str_)
-    return {"rig_version": np.array(_VERSION), "rig_members": names, **arrays}
+    return {"rig_version": np.array(version), "rig_members": names, **arrays}
 
 
 def rig_of_members(members: NpzMembers, source: str | Path | None = None) -> Rig:
@@ -137,9 +145,9 @@ def rig_of_members(members: NpzMembers, source: str | Path | None = None) -> Rig
     # Fields that move nothing take no room in a file, but a morph holds them in full.
     members.budget.spend_fields(vertices, count + bends)
     put = _fields(members, count + bends, vertices)
-    correctives = _lists(members, "corrective", "drivers")
+    drivers = _lists(members, "corrective", "drivers")
     groups = _lists(members, "slider_group", "members")
-    entries = sum(map(len, (*correctives.values(), *groups.values())))
+    entries = sum(map(len, (*drivers.values(), *groups.values())))
     members.budget.spend_lookups(entries, count)
     morphs: dict[str, Morph] = {}
     bend = 0
@@ -162,7 +170,25 @@ def rig_of_members(members: NpzMembers, source: str | Path | None = None) -> Rig
                 bake_error=bake_errors[number],
                 choice=choices[number],
             )
+        correctives = _correctives(members, drivers)
         return Rig(neutral, morphs, correctives=correctives, groups=groups)
+
+
+def _correctives(
+    members: NpzMembers, drivers: Mapping[str, Sequence[str]]
+) -> dict[str, Corrective]:
+    if "corrective_laws" not in members.names:
+        return {name: Corrective.of(own) for name, own in drivers.items()}
+    found = {}
+    for (name, own), text in zip(
+        drivers.items(), members.texts("corrective_laws", len(drivers)), strict=True
+    ):
+        try:
+            entry = dict(json.loads(text))
+        except (ValueError, TypeError, RecursionError):
+            raise FormatError(members.path, "the law of a corrective is damaged") from None
+        found[name] = Corrective.of({**entry, "drivers": own})
+    return found
 
 
 def _require_version(members: NpzMembers) -> None:
@@ -172,9 +198,9 @@ def _require_version(members: NpzMembers) -> None:
             "this archive holds no rig; expected one written by write_rig_npz, with the array "
             f"'rig_version' (found {members.listed()})",
         )
-    if (version := int(members.array("rig_version", "iu", ()))) != _VERSION:
+    if (version := int(members.array("rig_version", "iu", ()))) not in (_VERSION, _LAWS):
         raise FormatError(
-            members.path, f"this rig has version {version}, expected {_VERSION}; update elastomorph"
+            members.path, f"this rig has version {version}, expected 1 or 2; update elastomorph"
         )
     # Some arrays may be absent, but none that was written: damage to a name must not go unseen.
     lost = set(members.texts("rig_members")) - members.names

@@ -38,6 +38,7 @@ from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.model.morph import Morph
 from elastomorph.model.polygons import Polygons
 from elastomorph.rig import Rig
+from elastomorph.rig.laws import Corrective
 
 # Right, up and front of a face, as rows: programs that call z up look along y.
 _AXES = {"Y": np.eye(3), "Z": np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])}
@@ -368,14 +369,15 @@ def rig_of(
     """The rig that the meshes of a file are together."""
     with naming_file(path):
         neutral, morphs = joined_rig(parts, str(path))
-    correctives, groups = (
-        {name: own for mesh in found for name, own in _lists(mesh.sliders.get(kind)).items()}
-        for kind in ("correctives", "groups")
-    )
-    entries = sum(map(len, (*correctives.values(), *groups.values())))
+    groups = {n: own for mesh in found for n, own in _lists(mesh.sliders.get("groups")).items()}
+    with naming_file(path):
+        correctives = {
+            n: own for mesh in found for n, own in _laws(mesh.sliders.get("correctives")).items()
+        }
+    entries = sum(len(own.drivers) for own in correctives.values()) + sum(map(len, groups.values()))
     budget.spend_lookups(entries, len(morphs))
     known = set(morphs)
-    named = [*({n, *own} for n, own in correctives.items()), *map(set, groups.values())]
+    named = [*({n, *own.drivers} for n, own in correctives.items()), *map(set, groups.values())]
     if any(own - known for own in named):
         warn(f"{path}: blend shapes that correctives or groups name are gone; both are left out")
         correctives, groups = {}, {}
@@ -447,6 +449,14 @@ def _names(shapes: Iterable[FoundShape]) -> list[str]:
         token = shape.prim_name if numbered else shape.token
         names.append(token if name is None or not made_from_it else name)
     return different_names(names, first=1)
+
+
+def _laws(content: Any) -> dict[str, Corrective]:
+    """Correctives: lists of drivers, or what `Corrective.entry` gives."""
+    products = _lists(content)
+    entries = content.items() if isinstance(content, Mapping) else ()
+    laws = {str(name): own for name, own in entries if isinstance(own, Mapping)}
+    return {name: Corrective.of(own) for name, own in (products | laws).items()}
 
 
 def _lists(content: Any) -> dict[str, list[str]]:

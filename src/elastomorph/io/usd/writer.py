@@ -528,7 +528,10 @@ def _author(
     sliders = {
         "version": 1,
         "morphs": list(rig.morphs),
-        "correctives": {name: list(own) for name, own in rig.sliders.correctives.items()},
+        "correctives": {
+            name: entry if "law" in (entry := own.entry()) else entry["drivers"]
+            for name, own in rig.sliders.correctives.items()
+        },
         "groups": {name: list(own) for name, own in rig.sliders.groups.items()},
         "materialLibrary": rig.neutral.material_library,
         "checksum": checksum([rig.neutral.vertices.astype(np.float32)]),

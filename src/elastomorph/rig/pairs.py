@@ -1,0 +1,184 @@
+"""Pair bends: what keeps together the paths of two targets that meet, as jawOpen and mouthClose.
+
+Each of two paths is right by itself, and their bends add. Where their straight parts cancel, as
+where one closes the lips that the other opens, little is left but the bends. A pair bend is the
+difference of paths::
+
+    P(m) = bend of the path to both - bend of the one - bend of the other,   m = min(a, b)
+
+It has no shape of its own (Δ = 0) and moves nothing where one of both sliders is at 0, so that
+single sliders stay what they are, and where both are at m the face is on the path to both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.blas_threads import in_own_threads
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Choice, Morph
+from elastomorph.rig.laws import PRODUCT, Corrective
+
+Floats = NDArray[np.float64]
+
+RATIO = 2.5
+"""Two paths meet where their bends depart from linear this many times farther than their straight
+parts together move: lips that open and close have 3 to 6, no other two shapes of ARKit's more than
+2.8."""
+
+_VERTICES = 10
+"""On so many vertices."""
+
+_LEVELS = np.arange(1, 9) / 8.0
+"""Weights of both sliders at which it is looked for."""
+
+_NOTHING = 1e-3
+"""What bends depart by less, as a fraction of D, nobody sees; nor does the ratio to less count."""
+
+
+def is_pair_bend(morph: Morph) -> bool:
+    """Whether a morph has bends and no shape."""
+    return bool(len(morph.bends)) and not morph.delta.any()
+
+
+@dataclass(frozen=True, eq=False)
+class _Moved:
+    """Where a path moves: rising vertices (N,), Δ (N, 3), bent parts (8, N, 3), their lengths."""
+
+    vertices: NDArray[np.intp]
+    delta: Floats
+    bent: Floats
+    farthest: Floats  # (N,)
+
+    @classmethod
+    def of(cls, morph: Morph) -> _Moved:
+        vertices = np.flatnonzero(morph.delta.any(axis=1))
+        weights = [curve(_LEVELS) for curve in morph.bend_curves]
+        rows = np.array(weights).reshape(len(weights), len(_LEVELS)).T
+        bent = np.tensordot(rows, morph.bends[:, vertices], axes=1)
+        farthest = np.linalg.norm(bent, axis=2).max(axis=0)
+        return cls(vertices, morph.delta[vertices], bent, farthest)
+
+
+def _ratio(one: _Moved, other: _Moved, scale: float) -> float:
+    """How many times farther bends depart than the straight sum moves: that of the tenth vertex."""
+    _, at, to = np.intersect1d(one.vertices, other.vertices, True, return_indices=True)
+    some = one.farthest[at] + other.farthest[to] > _NOTHING * scale
+    # Straight parts that point the same way do not cancel: then the sum moves farther than either,
+    # and no bend is longer than what it bends.
+    some &= np.einsum("ij,ij->i", one.delta[at], other.delta[to]) < 0
+    at, to = at[some], to[some]
+    if len(at) < _VERTICES:
+        return 0.0
+    largest = np.zeros(len(at))
+    for s, bent in zip(_LEVELS, one.bent[:, at], strict=True):
+        for t, more in zip(_LEVELS, other.bent[:, to], strict=True):
+            departs = np.linalg.norm(bent + more, axis=1)
+            moves = np.linalg.norm(s * one.delta[at] + t * other.delta[to], axis=1)
+            ratio = departs / np.maximum(moves, _NOTHING * scale)
+            np.maximum(largest, np.where(departs > _NOTHING * scale, ratio, 0.0), out=largest)
+    return float(np.partition(largest, -_VERTICES)[-_VERTICES])
+
+
+def pair_bends(
+    neutral: Mesh,
+    morphs: Mapping[str, Morph],
+    correctives: Mapping[str, Corrective],
+    to: Callable[[Mesh], Morph],
+    extent: float,
+    among: Collection[str],
+    say: Callable[[str], None] = lambda _: None,
+) -> tuple[dict[str, Morph], dict[str, Corrective]]:
+    """The pair bends of the paths that meet, and what drives each, by their names.
+
+    Args:
+        neutral: Where all paths begin.
+        morphs: The paths of the rig.
+        correctives: Those of them that others drive.
+        to: Makes a path, as those were made that are looked at.
+        extent: D.
+        among: Names of the paths that are looked at.
+        say: Told what is being made.
+    """
+    moved = {n: _Moved.of(m) for n, m in morphs.items() if n in among and m.delta.any()}
+    found: list[tuple[str, str, Corrective, float]] = []
+    for one, other in combinations(moved, 2):
+        law = _driven(one, other, correctives)
+        if law is not None and (moved[one].farthest.any() or moved[other].farthest.any()):
+            ratio = _ratio(moved[one], moved[other], extent or 1.0)
+            if ratio > RATIO:
+                found.append((one, other, law, ratio))
+    made: dict[str, Morph] = {}
+
+    def make(task: tuple[int, tuple[str, str, Corrective, float]]) -> None:
+        number, (one, other, _, ratio) = task
+        say(f"the path to {one} and {other}, {number} of {len(found)} that meet")
+        made[f"{one}+{other}"] = _pair(neutral, morphs[one], morphs[other], to, ratio, extent)
+
+    in_own_threads(make, enumerate(found, start=1))
+    names = _new_names([(one, other) for one, other, *_ in found], morphs)
+    kept = [
+        (name, made[f"{one}+{other}"], law)
+        for name, (one, other, law, _) in zip(names, found, strict=True)
+        if len(made[f"{one}+{other}"].bends)
+    ]
+    return {n: morph for n, morph, _ in kept}, {n: law for n, _, law in kept}
+
+
+def _driven(one: str, other: str, correctives: Mapping[str, Corrective]) -> Corrective | None:
+    """What drives the bend of two; None where no sliders can.
+
+    A product on top of another, as w_a·w_b where w_a is the other, is the least of both.
+    """
+    products = [correctives[name] for name in (one, other) if name in correctives]
+    if not products:
+        return Corrective((one, other), "min")
+    alone = one if other in correctives else other
+    law = products[0]
+    inside = len(products) == 1 and law.law == PRODUCT and alone in law.drivers
+    return law if inside else None
+
+
+def _new_names(pairs: Collection[tuple[str, str]], taken: Collection[str]) -> Iterator[str]:
+    known = set(taken)
+    for pair in pairs:
+        name = "_".join(pair)
+        while name in known:
+            name += "_"
+        known.add(name)
+        yield name
+
+
+def _pair(
+    neutral: Mesh,
+    one: Morph,
+    other: Morph,
+    to: Callable[[Mesh], Morph],
+    ratio: float,
+    extent: float,
+) -> Morph:
+    both = to(neutral.with_vertices(neutral.vertices + one.delta + other.delta))
+    bends: dict[tuple[bytes, bytes], tuple[BendCurve, Floats]] = {}
+    for morph, sign in ((both, 1.0), (one, -1.0), (other, -1.0)):
+        for curve, bend in zip(morph.bend_curves, morph.bends, strict=True):
+            key = curve.breaks.tobytes(), curve.coefficients.tobytes()
+            known = bends.get(key, (curve, np.zeros_like(bend)))[1]
+            bends[key] = curve, known + sign * bend
+    kept = [(curve, bend) for curve, bend in bends.values() if bend.any()]
+    fields = np.array([bend for _, bend in kept]).reshape(-1, *neutral.vertices.shape)
+    moves = sum((curve.height * np.linalg.norm(bend, axis=1) for curve, bend in kept), np.zeros(1))
+    return Morph(
+        neutral,
+        neutral,
+        fields,
+        tuple(curve for curve, _ in kept),
+        method="pair",
+        bake_error=both.bake_error + one.bake_error + other.bake_error,
+        choice=Choice(float(moves.max()) / (extent or 1.0), 0.0, exact=False, meeting=ratio),
+    )
