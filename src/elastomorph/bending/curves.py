@@ -36,10 +36,8 @@ from elastomorph.io.gltf.nodes import placed_meshes
 from elastomorph.io.gltf.primitives import Primitives, target_count
 from elastomorph.io.gltf.reader import read_meshes, require_known_extensions, rig_of
 from elastomorph.io.gltf.rig_extras import (
-    FOLDS,
-    INDICES,
-    WITHOUT_FOLDS,
     described_meshes,
+    least_version,
     numbered,
     stored_rig,
 )
@@ -286,6 +284,8 @@ def _describe(
     extras["targetNames"] = names
 
     def placed(stored: Mapping[str, Any]) -> dict[str, Any]:
+        if "target" not in stored:  # a pair bend
+            return dict(stored)
         place = pairs[numbered(stored, own.given)]
         told = {k: v for k, v in stored.items() if k != "index"} | {"target": names[place]}
         return told | ({"index": place} if names.count(names[place]) > 1 else {})
@@ -293,12 +293,11 @@ def _describe(
     assert own.stored is not None
     morphs: list[dict[str, Any]] = []
     for stored in own.stored.get("morphs", []):
-        if numbered(stored, own.given) not in pairs:
+        if "target" in stored and numbered(stored, own.given) not in pairs:
             continue
         bends = stored.get("bends", [])
         kept = [placed(bend) for bend in bends if not _lost(bend, own, mesh, file, pairs)]
         morphs.append(placed(stored) | {"bends": kept})
-    version = FOLDS if any("fold" in morph for morph in morphs) else WITHOUT_FOLDS
     every = [one for morph in morphs for one in (morph, *morph["bends"])]
     known = {morph["name"] for morph in morphs}
     more = {k: v for k, v in own.stored.items() if k not in ("morphs", "version")}
@@ -308,7 +307,11 @@ def _describe(
             lists = zip(more[kind], of, strict=True)
             more[kind] = [one for one, n in lists if known.issuperset([*one.get(inner, []), *n])]
     extras["elastomorph"] = {
-        "version": INDICES if any("index" in one for one in every) else version,
+        "version": least_version(
+            more.get("correctives", []),
+            folds=any("fold" in morph for morph in morphs),
+            indices=any("index" in one for one in every),
+        ),
         "morphs": morphs,
         **more,
     }

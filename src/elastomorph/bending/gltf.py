@@ -210,8 +210,8 @@ class ClipEdit:
         if moved.weight is not None:
             followers = [
                 columns.count + k
-                for k, (column, _, _) in enumerate(columns.bends)
-                if column == moved.weight
+                for k, (driver, _, _) in enumerate(columns.bends)
+                if driver == moved.weight
             ]
             columns = _of_one(columns, moved.weight)
             if not columns.followers:
@@ -286,8 +286,8 @@ class ClipEdit:
 
 
 def _of_one(columns: Columns, weight: int) -> Columns:
-    """The columns of one slider alone."""
-    bends = tuple((0, curve, size) for column, curve, size in columns.bends if column == weight)
+    """The columns of one slider alone, without what follows several."""
+    bends = tuple((0, curve, size) for driver, curve, size in columns.bends if driver == weight)
     folds = {0: columns.folds[weight]} if weight in columns.folds else {}
     return Columns(1, bends, folds, columns.sizes[weight : weight + 1])
 
@@ -423,7 +423,8 @@ class CharacterEdit:
             for number, bent in enumerate(self._plan.bent, start=1):
                 say(f"the bends of {bent.name}, {number} of {len(self._plan.bent)}")
                 bends = self._face.welding.fields(bent.morph.bends)
-                target = self._face.rig.morphs[bent.name].target.vertices
+                known = self._face.rig
+                target = (known[bent.name].target if bent.name in known else known.neutral).vertices
                 turned = None if normals is None else normals.bends(bent, target, bends)
                 before = self._additions.size, sum(len(mesh.names) for mesh in self._meshes)
                 for mesh in self._meshes:
@@ -553,7 +554,11 @@ class CharacterEdit:
             output=None if output is None else Path(output),
             extent=plan.extent,
             bent=tuple(self._bent),
-            straight=tuple(name for name in plan.rig.morphs if name not in bent),
+            straight=tuple(
+                name
+                for name in plan.rig.morphs
+                if name not in bent and name not in plan.rig.pair_bends()
+            ),
             left_out=tuple(_described(own, 0, 0) for own in plan.left_out),
             targets_before=before,
             targets=after,

@@ -1,9 +1,9 @@
 """Keys of weight animations, extended by the weights of bends so that clips play bent.
 
-A bend follows its slider: its weight is b(s(t)), which between two keys is neither the straight
-line of LINEAR nor the cubic of CUBICSPLINE. Keys are added where that makes a difference: every
-source key stays as it is, and what the sliders do between the keys stays the same curve. Steps
-need none.
+A bend follows its slider, or several by a law: its weight is b(s(t)), which between two keys is
+neither the straight line of LINEAR nor the cubic of CUBICSPLINE. Keys are added where that makes a
+difference: every source key stays as it is, and what the sliders do between the keys stays the same
+curve. Steps need none.
 
 The error of a stretch between two keys is measured at points so close together that the second
 derivative leaves little between them: a function that vanishes at two points h apart stays within
@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
+from itertools import chain, combinations, product
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from elastomorph.errors import ParameterError
 from elastomorph.model.bend_curve import BendCurve, unit_roots
 from elastomorph.numbers import as_number, as_numbers
+from elastomorph.rig.laws import Corrective
 
 Floats = NDArray[np.float64]
 
@@ -32,22 +33,128 @@ Floats = NDArray[np.float64]
 # rounded to single precision.
 _AT_CORNER = 1e-6
 _MOST_CELLS = 1 << 14
+# How far beside a moment, in units of u or seconds, laws are asked for the slope on one side.
+_BESIDE = 1e-9
+# Cells of a piece in which what a law makes of its sliders is looked at.
+_FINE = 64
 # Points that are computed at once.
 _BLOCK = 1 << 13
 
 
+@dataclass(frozen=True)
+class Driven:
+    """Several sliders that together say what one would: by the law of a corrective."""
+
+    columns: tuple[int, ...]  # Columns of its drivers
+    law: Corrective
+
+    def weight(self, sliders: Floats) -> Floats:
+        """(…,) from (…, J) sliders."""
+        return self.law.weight(sliders[..., list(self.columns)])
+
+    def rate(self, sliders: Floats, rates: Floats, *, before: bool) -> Floats:
+        """(N,) its rate from (N, J) sliders and their rates, just before or after a moment."""
+        some = list(self.columns)
+        # Where a law has a kink, what counts is on that side of it; the rate is a complex step.
+        beside = sliders[:, some] + (-_BESIDE if before else _BESIDE) * rates[:, some]
+        return self.law.weight(beside + 1e-100j * rates[:, some]).imag / 1e-100
+
+    def turns(self, row: Floats) -> Floats:
+        """Each u within (0, 1) at which its law has a kink; row (2 or 4, J) of a piece."""
+        own = row[:, list(self.columns)]
+        if self.law.law == "hinge":
+            lines = [own @ np.array(self.law.numbers) - np.eye(len(own))[0]]
+        else:  # where drivers pass 0, 1 or each other
+            ones = np.eye(len(own))[0][:, None]
+            differences = [a - b for a, b in combinations(own.T, 2)]
+            lines = [*own.T, *(own - ones).T, *differences]
+        return np.concatenate([unit_roots(_without_dust(line)) for line in lines])
+
+    def bounds(self, pieces: Pieces) -> tuple[Floats, Floats]:
+        """(M,) bounds of |dm/du| and |d²m/du²| between kinks, in each piece."""
+        some = list(self.columns)
+        fast, hard = pieces.fastest[:, some], pieces.hardest[:, some]
+        if self.law.law == "hinge":
+            gains = np.abs(self.law.numbers)
+            return fast @ gains, hard @ gains
+        if self.law.law == "min":
+            return fast.max(axis=1), hard.max(axis=1)
+        # No law in closed form is rougher than twice what a fine grid of it shows.
+        u = np.arange(_FINE + 1) / _FINE
+        count = len(pieces.starts)
+        which, part = np.repeat(np.arange(count), len(u)), np.tile(u, count)
+        values = self.weight(pieces.at(which, part, slice(None))[0]).reshape(count, -1)
+        first, second = np.abs(np.diff(values)) * _FINE, np.abs(np.diff(values, 2)) * _FINE**2
+        return 2 * first.max(axis=1), 2 * second.max(axis=1)
+
+
+def _without_dust(row: Floats) -> Floats:
+    return np.where(np.abs(row) <= 1e-14 * np.abs(row).max(), 0.0, row)
+
+
 @dataclass(frozen=True, eq=False)
 class Follower:
-    """A weight that follows a slider."""
+    """A weight that follows a slider, or several; without a curve, it is what they say."""
 
-    column: int  # Column of its slider
+    driver: int | Driven  # Column of its slider
     place: int  # Column of the weights that it is added to
-    curve: BendCurve
+    curve: BendCurve | None
     size: float  # How far what it drives moves a vertex at a weight of 1, fraction of D
+
+    def weight(self, sliders: Floats) -> Floats:
+        """(…,) from (…, J) sliders."""
+        driver = self.driver
+        said = sliders[..., driver] if isinstance(driver, int) else driver.weight(sliders)
+        return said if self.curve is None else self.curve(said)
+
+    def rate(self, sliders: Floats, rates: Floats, *, before: bool) -> Floats:
+        """(N,) its rate from (N, J) sliders and their rates, just before or after a moment."""
+        driver = self.driver
+        if isinstance(driver, int):
+            said, speed = sliders[:, driver], rates[:, driver]
+        else:
+            said, speed = driver.weight(sliders), driver.rate(sliders, rates, before=before)
+        return speed if self.curve is None else self._rates(said, speed, before=before)
+
+    def turns(self, pieces: Pieces, number: int) -> Floats:
+        """Each u within a piece at which its slope may jump."""
+        driver = self.driver
+        if isinstance(driver, int):
+            levels = [pieces.crossings(number, driver, float(level)) for level in self.corners]
+            return np.concatenate([np.zeros(0), *levels])
+        kinks = driver.turns(pieces.rows[number])
+        if not len(self.corners):
+            return kinks
+        u = np.unique(np.concatenate([kinks, np.arange(_FINE + 1) / _FINE]))
+
+        def said(at: Floats) -> Floats:
+            here = np.full(len(at), number)
+            return driver.weight(pieces.at(here, at, slice(None))[0])
+
+        found = [kinks]
+        for level in self.corners.tolist():
+            above = said(u) > level
+            cells = np.flatnonzero(above[1:] != above[:-1])
+            low, high = u[cells], u[cells + 1]
+            for _ in range(50):
+                middle = (low + high) / 2
+                passed = (said(middle) > level) == above[cells + 1]
+                low, high = np.where(passed, low, middle), np.where(passed, middle, high)
+            found.append(high)
+        return np.concatenate(found)
+
+    def bounds(self, pieces: Pieces) -> tuple[Floats, Floats]:
+        """(M,) bounds of |ds/du| and |d²s/du²| of what it follows, in each piece."""
+        driver = self.driver
+        if isinstance(driver, int):
+            return pieces.fastest[:, driver], pieces.hardest[:, driver]
+        return driver.bounds(pieces)
 
     @cached_property
     def corners(self) -> Floats:
-        """Where its slope jumps."""
+        """Where the slope of its curve jumps."""
+        if self.curve is None:
+            return np.zeros(0)
         inner = self.curve.breaks[1:-1]
         jumps = np.abs(self.curve.slope(inner) - self.curve.slope(inner, before=True))
         return inner[jumps > 1e-9 * self.steepest]
@@ -55,19 +162,20 @@ class Follower:
     @cached_property
     def steepest(self) -> float:
         """A bound of |b'(t)|."""
-        return _largest_derivative(self.curve, 1)
+        return 1.0 if self.curve is None else _largest_derivative(self.curve, 1)
 
     @cached_property
     def roundest(self) -> float:
         """A bound of |b″(t)| between corners."""
-        return _largest_derivative(self.curve, 2)
+        return 0.0 if self.curve is None else _largest_derivative(self.curve, 2)
 
-    def rates(self, sliders: Floats, rates: Floats, *, before: bool) -> Floats:
-        """d b(s)/dt from (N,) values and rates of its slider, just before or after a moment.
+    def _rates(self, sliders: Floats, rates: Floats, *, before: bool) -> Floats:
+        """d b(s)/dt from (N,) values and rates of what it follows, just before or after a moment.
 
         At a corner the curve has two slopes: which one counts depends on where the slider comes
         from, or goes.
         """
+        assert self.curve is not None
         found = sliders
         if len(self.corners):
             near = np.abs(sliders[:, None] - self.corners).argmin(axis=1)
@@ -131,8 +239,7 @@ class Pieces:
         """Each u within (0, 1) at which a slider passes a level in a piece."""
         row = self.rows[number, :, column].copy()
         row[0] -= level
-        row[np.abs(row) <= 1e-14 * np.abs(row).max()] = 0.0
-        return unit_roots(row)
+        return unit_roots(_without_dust(row))
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,12 +253,12 @@ class Added:
 def added_keys(pieces: Pieces, followers: Sequence[Follower], tolerance: float) -> list[Added]:
     """The keys that each piece needs, as few as a greedy search finds."""
     found = [Added(np.zeros(0), 0.0)] * len(pieces.starts)
-    columns = np.array([own.column for own in followers], dtype=np.int64)
     sizes, steepest, roundest = (
         np.array([getattr(own, name) for own in followers])
         for name in ("size", "steepest", "roundest")
     )
-    fast, hard = pieces.fastest[:, columns], pieces.hardest[:, columns]
+    bounds = [own.bounds(pieces) for own in followers]
+    fast, hard = np.array(bounds).reshape(-1, 2, len(found)).transpose(1, 2, 0)
     bends = (roundest * fast**2 + steepest * hard) @ sizes
     moving = (fast > 0) & (sizes > 0)
     grids = []
@@ -186,12 +293,7 @@ def _grid(
     pieces: Pieces, number: int, moving: Sequence[Follower], bend: float, tolerance: float
 ) -> _Grid | None:
     """The grid of a piece; None where straight lines need no more keys."""
-    turns = [
-        pieces.crossings(number, own.column, float(corner))
-        for own in moving
-        for corner in own.corners
-    ]
-    corners = np.unique(np.concatenate([np.zeros(0), *turns]))
+    corners = np.unique(np.concatenate([own.turns(pieces, number) for own in moving]))
     if not len(corners) and (bend == 0 or (not pieces.cubic and bend / 8 <= tolerance)):
         return None
     # Straight pieces are many and short, cubics few and long: choosing where they end from cells
@@ -259,12 +361,12 @@ def _stretches(
     some = np.unique(np.concatenate([own for _, own in block]))
     values = np.empty((len(some), len(u)))
     rates = np.empty((2, *values.shape)) if pieces.cubic else None
+    sliders, speeds = pieces.at(which, u, slice(None))
     for row, own in enumerate(followers[k] for k in some.tolist()):
-        slider, rate = pieces.at(which, u, own.column)
-        values[row] = own.size * own.curve(slider)
+        values[row] = own.size * own.weight(sliders)
         if rates is not None:
-            rates[0, row] = own.size * own.rates(slider, rate, before=True)
-            rates[1, row] = own.size * own.rates(slider, rate, before=False)
+            rates[0, row] = own.size * own.rate(sliders, speeds, before=True)
+            rates[1, row] = own.size * own.rate(sliders, speeds, before=False)
     start = 0
     for grid, own_rows in block:
         rows, points = np.searchsorted(some, own_rows), slice(start, start + len(grid.u))
@@ -320,20 +422,23 @@ class Columns:
     Attributes:
         count: Number J of weights that the source has.
         bends: For each of the K targets that are added, in their order: the column of the slider
-            it follows, its curve, and how far its bend moves a vertex at a weight of 1, at most
-            and as a fraction of D.
+            it follows, or several with their law; its curve; and how far it moves a vertex at a
+            weight of 1, at most and as a fraction of D. Without a curve its weight is what the
+            slider, or the law, says.
         folds: By column of the slider: the curve that is added to the weight of Δ itself, and how
             far Δ moves a vertex at most, as a fraction of D.
         sizes: (J,) how far each Δ moves a vertex, likewise; for weights in whole numbers alone.
     """
 
     count: int
-    bends: tuple[tuple[int, BendCurve, float], ...]
+    bends: tuple[tuple[int | Driven, BendCurve | None, float], ...]
     folds: Mapping[int, tuple[BendCurve, float]]
     sizes: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        for column in (*(own[0] for own in self.bends), *self.folds):
+        drivers = (*(own[0] for own in self.bends), *self.folds)
+        columns = [(own,) if isinstance(own, int) else own.columns for own in drivers]
+        for column in chain.from_iterable(columns):
             if not 0 <= column < self.count:
                 raise ParameterError(
                     f"a bend follows slider column {column} of a mesh of {self.count} weights"
@@ -348,15 +453,15 @@ class Columns:
             )
         found = np.concatenate([given, np.zeros((*given.shape[:-1], len(self.bends)))], axis=-1)
         for own in self.followers:
-            found[..., own.place] += own.curve(given[..., own.column])
+            found[..., own.place] += own.weight(given)
         return found
 
     @cached_property
     def followers(self) -> tuple[Follower, ...]:
         """All curves, those of bends and those added to a Δ, with the column each adds to."""
         bends = [
-            Follower(column, self.count + k, curve, size)
-            for k, (column, curve, size) in enumerate(self.bends)
+            Follower(driver, self.count + k, curve, size)
+            for k, (driver, curve, size) in enumerate(self.bends)
         ]
         folds = [Follower(column, column, *own) for column, own in self.folds.items()]
         return (*bends, *folds)
@@ -516,10 +621,10 @@ def _with_tangents(sliders: Floats, columns: Columns) -> Floats:
     more = np.zeros((*sliders.shape[:2], len(columns.bends)))
     found = np.concatenate([sliders, more], axis=2)
     for own in columns.followers:
-        at = sliders[:, 1, own.column]
-        found[:, 0, own.place] += own.rates(at, sliders[:, 0, own.column], before=True)
-        found[:, 1, own.place] += own.curve(at)
-        found[:, 2, own.place] += own.rates(at, sliders[:, 2, own.column], before=False)
+        at = sliders[:, 1]
+        found[:, 0, own.place] += own.rate(at, sliders[:, 0], before=True)
+        found[:, 1, own.place] += own.weight(at)
+        found[:, 2, own.place] += own.rate(at, sliders[:, 2], before=False)
     return found
 
 

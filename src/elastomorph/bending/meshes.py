@@ -33,7 +33,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.bending.face import Face, FaceMesh
-from elastomorph.bending.keys import Columns
+from elastomorph.bending.keys import Columns, Driven
 from elastomorph.bending.plan import BentMorph
 from elastomorph.io.blend_shapes import curve_to_json
 from elastomorph.io.choices import choice_to_json
@@ -43,10 +43,12 @@ from elastomorph.io.gltf.accessors import COMPONENT_TYPES, TYPES, read_floats
 from elastomorph.io.gltf.container import GltfFile
 from elastomorph.io.gltf.morph_targets import NormalField, normal_deltas
 from elastomorph.io.gltf.primitives import Attributes
-from elastomorph.io.gltf.rig_extras import FOLDS, INDICES, WITHOUT_FOLDS
+from elastomorph.io.gltf.rig_extras import corrective_entries, least_version
+from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.model.polygons import Polygons
+from elastomorph.rig.laws import Corrective
 
 _ARRAY_BUFFER = 34962
 
@@ -438,7 +440,7 @@ class MeshEdit:
         self._document = document
         self._extent, self._tolerance = extent or 1.0, tolerance
         self._targets = {morph: target for target, morph in mesh.morph_of.items()}
-        self._bends: list[tuple[int, Any, float]] = []
+        self._bends: list[tuple[int | Driven, BendCurve | None, float]] = []
         self._folds: dict[int, tuple[Any, float]] = {}
         self.number = mesh.number
         self._spaces = spaces_of(file, mesh, self._entry)
@@ -446,24 +448,30 @@ class MeshEdit:
         self.title = name if isinstance(name, str) and name else f"mesh {mesh.number}"
         self.names: list[str] = []  # of the targets that were added
         self._stored: dict[str, dict[str, Any]] = {}  # what is said of each morph that bends
+        self._driven: dict[str, tuple[dict[str, Any], Corrective]] = {}  # and of each pair bend
         # How far the numbers of all bends of a target together are from them, fraction of D.
         self.error = 0.0
 
     def add(self, bent: BentMorph, bends: Fields, normals: Fields | None) -> None:
         """The bends (K, V, 3) of a morph of the face, and what they add to its normals."""
-        if bent.name not in self._targets:
+        names = (bent.name,) if bent.law is None else bent.law.drivers
+        if not self._targets.keys() >= {*names}:
             return
-        column = self._mesh.names.index(self._targets[bent.name])
+        columns = [self._mesh.names.index(self._targets[name]) for name in names]
+        column, title = columns[0], self._mesh.names[columns[0]]
+        driver: int | Driven = column
+        if bent.law is not None:
+            driver, title = Driven(tuple(columns), bent.law), bent.name
         peaks = np.array([curve.height for curve in bent.morph.bend_curves])
         curves: list[dict[str, Any]] = []
         own = bends[:, self._mesh.rig_vertices]
         lengths = np.linalg.norm(own, axis=2)
         rounded = 0.0
         for k in np.flatnonzero(lengths.any(axis=1)).tolist():
-            name = self._new_name(f"{self._mesh.names[column]}.bend{k + 1}")
+            name = self._new_name(f"{title}.bend{k + 1}")
             self.names.append(name)
             curve = bent.morph.bend_curves[k]
-            self._bends.append((column, curve, float(lengths[k].max()) / self._extent))
+            self._bends.append((driver, curve, float(lengths[k].max()) / self._extent))
             curves.append({"target": name, "curve": curve_to_json(curve)})
             turned = None if normals is None else normals[k][self._mesh.rig_vertices]
             rounded += self._add_target(column, own[k], turned, float(peaks[k]))
@@ -476,7 +484,10 @@ class MeshEdit:
         if bent.morph.limit_law.coefficients.any():
             entry["limit_law"] = curve_to_json(bent.morph.limit_law)
         entry["bake_error"] = bent.error * self._extent / (self._mesh.diameter or 1.0)
-        self._stored[bent.name] = entry
+        if bent.law is None:
+            self._stored[bent.name] = entry
+        elif curves:
+            self._driven[bent.name] = entry, bent.law
 
     def _add_target(self, column: int, bend: Fields, normals: Fields | None, peak: float) -> float:
         """One further target in every primitive; those that share vertices share accessors.
@@ -553,7 +564,15 @@ class MeshEdit:
         self._extend_names(extras)
         given = extras["targetNames"]
         morphs = [self._described(n, own, paths) for n, own in enumerate(given[: columns.count])]
-        version = FOLDS if columns.folds else WITHOUT_FOLDS
+        morphs += [
+            {"name": name, "choice": choice_to_json(paths[name].choice), **entry}
+            for name, (entry, _) in self._driven.items()
+        ]
+        driven = {name: law for name, (_, law) in self._driven.items()}
+        correctives = [*self._mesh.stored.get("correctives", []), *corrective_entries(driven)]
+        version = least_version(
+            correctives, folds=bool(columns.folds), indices=any("index" in own for own in morphs)
+        )
         nodes = (n for n in self._document.get("nodes", []) if isinstance(n, dict))
         for holder in (self._entry, *(n for n in nodes if n.get("mesh") == self._mesh.number)):
             if "weights" in holder:
@@ -565,8 +584,9 @@ class MeshEdit:
                 holder["extras"].pop("elastomorph", None)  # programs read it over that of the mesh
         extras["elastomorph"] = {
             **self._mesh.stored,
-            "version": INDICES if any("index" in own for own in morphs) else version,
+            "version": version,
             "morphs": morphs,
+            **({"correctives": correctives} if correctives else {}),
         }
         return columns
 

@@ -30,11 +30,11 @@ from elastomorph.io.gltf.reader import (
     rig_of,
     wanted_meshes,
 )
+from elastomorph.io.gltf.rig_extras import corrective_entries, least_version
 from elastomorph.io.untrusted import naming_file
 from elastomorph.model.morph import Morph
 from elastomorph.paths.welding import Welding
 from elastomorph.rig import Rig
-from elastomorph.rig.sliders import Sliders
 
 
 def standalone(file: GltfFile) -> GltfFile:
@@ -194,19 +194,23 @@ class OpenedCharacter:
         """
         with of_bounded_depth(self.file.path):
             face, character = self._face, self._character
-            own, given = ((len(r.neutral.vertices), list(r.morphs)) for r in (face.rig, rig))
+            pairs = rig.pair_bends()
+            own, given = (
+                (len(r.neutral.vertices), [name for name in r.morphs if name not in pairs])
+                for r in (face.rig, rig)
+            )
             if own != given:
                 raise FormatError(self.file.path, "the rig is not that of its meshes")
             document, chunk = character.file.document, character.chunk
             if any(len(morph.bends) for morph in rig.morphs.values()):
                 welding = face.welding
                 morphs = {name: _welded(welding, morph) for name, morph in rig.morphs.items()}
-                plan = make_plan(Rig(welding.neutral, morphs))
+                plan = make_plan(Rig(welding.neutral, morphs, correctives=pairs))
                 edit = CharacterEdit(character, face, plan, FEWEST)
                 edit.add_bends(lambda _: None)
                 edit.add_clips(KEYS_TOLERANCE, lambda _: None)
                 document, chunk = edit.glb()
-            return written_glb(character, _with_sliders(document, face, rig.sliders), chunk)
+            return written_glb(character, _with_sliders(document, face, rig), chunk)
 
     @cached_property
     def _character(self) -> Character:
@@ -257,29 +261,30 @@ def _welded(welding: Welding, morph: Morph) -> Morph:
     )
 
 
-def _with_sliders(document: dict[str, Any], face: Face, sliders: Sliders) -> dict[str, Any]:
-    """A document whose meshes have these groups and correctives, in place of those of the file."""
-    wanted = {
-        "correctives": ("drivers", sliders.correctives),
-        "groups": ("members", sliders.groups),
-    }
-    known = face.rig.sliders
-    if (known.correctives, known.groups) == (sliders.correctives, sliders.groups):
+def _with_sliders(document: dict[str, Any], face: Face, rig: Rig) -> dict[str, Any]:
+    """A document whose meshes have the groups and correctives of a rig, in place of the file's.
+
+    Pair bends are there with their bends.
+    """
+    known, sliders, pairs = face.rig.sliders, rig.sliders, rig.pair_bends()
+    correctives = {n: own for n, own in sliders.correctives.items() if n not in pairs}
+    if (known.correctives, known.groups) == (correctives, sliders.groups):
         return document
     meshes = list(document["meshes"])
     holders = {mesh.number: _described(meshes[mesh.number], mesh) for mesh in face.meshes}
-    for kind, (inner, lists) in wanted.items():
-        for entry in holders.values():
-            entry[kind] = []
-        wholes = [entry["whole"] for entry in holders.values() if "whole" in entry]
-        if kind == "groups" and wholes:  # one surface, of which each mesh has some sliders
-            wholes[0][kind] = [{"name": name, inner: [*own]} for name, own in lists.items()]
-            continue
-        for name, members in lists.items():
-            _holder(face, holders, {name, *members} if kind == "correctives" else {*members})[
-                kind
-            ].append({"name": name, inner: [*members]})
+    for entry in holders.values():
+        entry["groups"] = []
+        entry["correctives"] = [c for c in entry.get("correctives", []) if c["name"] in pairs]
+    for own in corrective_entries(correctives):
+        _holder(face, holders, {own["name"], *own["drivers"]})["correctives"].append(own)
+    wholes = [entry["whole"] for entry in holders.values() if "whole" in entry]
+    groups = [{"name": name, "members": [*own]} for name, own in sliders.groups.items()]
+    if wholes:  # one surface, of which each mesh has some sliders
+        wholes[0]["groups"] = groups
+    for group in groups if not wholes else []:
+        _holder(face, holders, {*group["members"]})["groups"].append(group)
     for number, entry in holders.items():
+        entry["version"] = max(entry["version"], least_version(entry["correctives"]))
         extras = {**meshes[number].get("extras", {}), "elastomorph": entry}
         meshes[number] = {**meshes[number], "extras": extras}
     return {**document, "meshes": meshes}

@@ -24,6 +24,7 @@ from elastomorph.paths import Method
 from elastomorph.paths.bake import largest_sum
 from elastomorph.rig import Rig
 from elastomorph.rig.build import extent_of, with_paths
+from elastomorph.rig.laws import Corrective
 from elastomorph.rig.positive import turned_positive
 
 Floats = NDArray[np.float64]
@@ -214,6 +215,8 @@ class BentMorph:
             positive where they can be. Its ``bake_error`` is `error` as a fraction of the diameter
             of the neutral. Of a path that is folded it is the part beside the fold.
         fold: The curve that is added to the weight of the target itself, if any.
+        law: What drives it where it is no target of the file: a pair bend, or a corrective, whose
+            shape is added too.
         gain: The largest distance between the path and the straight line, as a fraction of D.
         error: How far what is stored may be from the path, as a fraction of D; that of the path's
             own storage, `Morph.bake_error`, is in it.
@@ -224,6 +227,7 @@ class BentMorph:
     fold: BendCurve | None
     gain: float
     error: float
+    law: Corrective | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -281,9 +285,11 @@ def make_plan(
         BakeError: A turn is too sharp to be stored.
     """
     tolerance = as_number(tolerance, "the tolerance", above=0)
-    names, extent = _names(rig, only), extent_of(rig)
+    before, names, extent = set(rig.morphs), _names(rig, only), extent_of(rig)
     part = extent / (rig.neutral.diameter or 1.0)
     rig = _with_paths(rig, _held_within(part, baked, _named(rig, method, names)), say)
+    names = [name for name in names if name in rig.morphs]
+    names += [name for name in rig.morphs if name not in before]
     scale = extent or 1.0
     options: dict[str, list[Way]] = {}
     gains: dict[str, float] = {}
@@ -300,7 +306,8 @@ def make_plan(
     for name, own in options.items():
         nothing = chosen[name] == 0 and own[0].fold is None
         way = own[-1 if nothing else chosen[name]].within(tolerance * scale)
-        found = _bent(name, rig.morphs[name], way, gains[name], scale)
+        law = rig.pair_bends().get(name)
+        found = _bent(name, rig.morphs[name], way, gains[name], scale, law)
         (left_out if nothing else bent).append(found)
     return Plan(rig, extent, tuple(bent), tuple(left_out))
 
@@ -358,11 +365,13 @@ def _with_paths(rig: Rig, methods: Mapping[str, Method], say: Callable[[str], No
     return rig
 
 
-def _bent(name: str, morph: Morph, way: Way, gain: float, scale: float) -> BentMorph:
+def _bent(
+    name: str, morph: Morph, way: Way, gain: float, scale: float, law: Corrective | None
+) -> BentMorph:
     diameter = morph.neutral.diameter or 1.0
     error = way.error + morph.bake_error * diameter
     stored = replace(morph, bends=way.bends, bend_curves=way.curves, bake_error=error / diameter)
-    return BentMorph(name, stored, way.fold, gain, error / scale)
+    return BentMorph(name, stored, way.fold, gain, error / scale, law)
 
 
 @dataclass(frozen=True, eq=False)
@@ -377,7 +386,8 @@ class _Room:
         cls, rig: Rig, most: float, meshes: Sequence[tuple[int, NDArray[np.integer]]] | None
     ) -> _Room:
         if meshes is None:
-            meshes = [(len(rig.morphs), np.arange(len(rig.neutral.vertices)))]
+            count = len(rig.morphs) - len(rig.pair_bends())
+            meshes = [(count, np.arange(len(rig.neutral.vertices)))]
         taken = np.array([count for count, _ in meshes], dtype=np.int64)
         return cls(int(most) - taken, [vertices for _, vertices in meshes])
 

@@ -49,30 +49,35 @@ def is_pair_bend(morph: Morph) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class _Moved:
-    """Where a path moves: rising vertices (N,), Δ (N, 3), bent parts (8, N, 3), their lengths."""
+    """A path where it moves anything: at rising vertices (N,)."""
 
     vertices: NDArray[np.intp]
-    delta: Floats
-    bent: Floats
-    farthest: Floats  # (N,)
+    delta: Floats  # (N, 3)
+    bent: Floats  # (8, N, 3) how far it is from linear at each level
+    farthest: Floats  # (N,) how far at most
+    share: Floats  # (N,) how far at most, over how far its straight part is there
 
     @classmethod
     def of(cls, morph: Morph) -> _Moved:
         vertices = np.flatnonzero(morph.delta.any(axis=1))
         weights = [curve(_LEVELS) for curve in morph.bend_curves]
         rows = np.array(weights).reshape(len(weights), len(_LEVELS)).T
-        bent = np.tensordot(rows, morph.bends[:, vertices], axes=1)
-        farthest = np.linalg.norm(bent, axis=2).max(axis=0)
-        return cls(vertices, morph.delta[vertices], bent, farthest)
+        delta, bent = morph.delta[vertices], np.tensordot(rows, morph.bends[:, vertices], axes=1)
+        lengths = np.linalg.norm(bent, axis=2)
+        share = (lengths / _LEVELS[:, None]).max(axis=0) / np.linalg.norm(delta, axis=1)
+        return cls(vertices, delta, bent, lengths.max(axis=0), share)
 
 
 def _ratio(one: _Moved, other: _Moved, scale: float) -> float:
     """How many times farther bends depart than the straight sum moves: that of the tenth vertex."""
     _, at, to = np.intersect1d(one.vertices, other.vertices, True, return_indices=True)
-    some = one.farthest[at] + other.farthest[to] > _NOTHING * scale
-    # Straight parts that point the same way do not cancel: then the sum moves farther than either,
-    # and no bend is longer than what it bends.
-    some &= np.einsum("ij,ij->i", one.delta[at], other.delta[to]) < 0
+    # Straight parts at an angle θ of more than a right one leave at least |Δ| sin θ of either, at
+    # less none of them is shortened: only where little is left can the ratio be large.
+    ends = one.delta[at], other.delta[to]
+    cosine = np.einsum("ij,ij->i", *ends) / np.prod([np.linalg.norm(d, axis=1) for d in ends], 0)
+    sine = np.sqrt(np.clip(1.0 - np.minimum(cosine, 0.0) ** 2, 1e-12, 1.0))
+    some = one.share[at] + other.share[to] > RATIO * sine
+    some &= one.farthest[at] + other.farthest[to] > _NOTHING * scale
     at, to = at[some], to[some]
     if len(at) < _VERTICES:
         return 0.0
@@ -110,7 +115,7 @@ def pair_bends(
     found: list[tuple[str, str, Corrective, float]] = []
     for one, other in combinations(moved, 2):
         law = _driven(one, other, correctives)
-        if law is not None and (moved[one].farthest.any() or moved[other].farthest.any()):
+        if law is not None:
             ratio = _ratio(moved[one], moved[other], extent or 1.0)
             if ratio > RATIO:
                 found.append((one, other, law, ratio))
