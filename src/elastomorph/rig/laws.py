@@ -67,18 +67,21 @@ class Corrective:
             raise ParameterError("a corrective has no drivers; name at least one")
         if not isinstance(self.law, str) or self.law not in LAWS:
             raise ParameterError(f"the law must be one of {', '.join(LAWS)}, found {self.law!r}")
-        numbers = as_numbers(self.numbers or [], f"the numbers of the law {self.law}")
+        given = self.numbers
+        empty = isinstance(given, tuple | list) and not given  # which NumPy takes for numbers
+        numbers = as_numbers([0.0][:0] if empty else given, f"the numbers of the law {self.law}")
         if not np.isfinite(numbers).all():
             raise ParameterError(f"the numbers of the law {self.law} must be finite")
         object.__setattr__(self, "numbers", tuple(np.atleast_1d(numbers).tolist()))
-        if self.law == "softmin" and len(self.numbers) == 1:
-            as_number(self.numbers[0], "the sharpness of softmin", above=0)
-        elif len(self.numbers) != (len(self.drivers) if self.law == "hinge" else 0):
-            wanted = {"hinge": "one gain a driver", "softmin": "one number, its sharpness"}
+        wanted = {"hinge": len(self.drivers), "softmin": 1}.get(self.law, 0)
+        if len(self.numbers) != wanted:
+            says = {"hinge": "one gain a driver", "softmin": "one number, its sharpness"}
             raise ParameterError(
-                f"the law {self.law} takes {wanted.get(self.law, 'no numbers')}, found "
+                f"the law {self.law} takes {says.get(self.law, 'no numbers')}, found "
                 f"{len(self.numbers)} for {len(self.drivers)} drivers"
             )
+        if self.law == "softmin":
+            as_number(self.numbers[0], "the sharpness of softmin", above=0)
 
     @classmethod
     def of(cls, given: Corrective | Sequence[str] | Mapping[str, Any]) -> Corrective:
@@ -183,14 +186,15 @@ def _ratio(above: NDArray[Any], below: NDArray[Any]) -> NDArray[Any]:
 
 def _softmin(weights: NDArray[Any], numbers: tuple[float, ...]) -> NDArray[Any]:
     least, sharpness = _positive(_least(weights)), numbers[0]
-    # Relative to the least, so that no power overflows.
-    ratios = _ratio(least[..., None], np.where(weights.real > 0, weights, 1.0))
+    # Relative to the least, so that no power overflows; where that is 0, the result is.
+    some = (least.real > 0)[..., None]
+    ratios = np.where(some, least[..., None], 1.0) / np.where(some, weights, 1.0)
     return least * (ratios**sharpness).mean(axis=-1) ** (-1.0 / sharpness)
 
 
 def _mul_avg_ext(weights: NDArray[Any], _: tuple[float, ...]) -> NDArray[Any]:
     low, high = _least(_clamped(weights)), _most(_clamped(weights))
-    return _ratio(2.0 * low * high, low + high)
+    return 2.0 * low * _ratio(high, low + high)
 
 
 def _mul_avg_all(weights: NDArray[Any], _: tuple[float, ...]) -> NDArray[Any]:
