@@ -1,6 +1,7 @@
 """Laws of correctives: by their definitions, number for number, and by what must hold of each."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -99,7 +100,7 @@ def test_both_at_one_are_one(law):
 def test_a_sharper_minimum_is_closer_to_the_minimum(a, b):
     values = [weight(of_two("softmin", numbers=(p,)), a, b) for p in (1.0, 4.0, 64.0, 4096.0)]
     least = min(a, b)
-    assert all(x >= y - 1e-12 for x, y in zip(values, values[1:], strict=False))
+    assert all(x >= y - 1e-12 for x, y in pairwise(values))
     assert least - 1e-12 <= values[-1] <= least * 2 ** (1 / 4096) + 1e-12
 
 

@@ -12,7 +12,7 @@ single sliders stay what they are, and where both are at m the face is on the pa
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -23,7 +23,7 @@ from elastomorph.blas_threads import in_own_threads
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Choice, Morph
-from elastomorph.rig.laws import PRODUCT, Corrective
+from elastomorph.rig.laws import Corrective
 
 Floats = NDArray[np.float64]
 
@@ -59,12 +59,13 @@ class _Moved:
 
     @classmethod
     def of(cls, morph: Morph) -> _Moved:
-        vertices = np.flatnonzero(morph.delta.any(axis=1))
+        moves = np.linalg.norm(morph.delta, axis=1)
+        vertices = np.flatnonzero(moves > 0)
         weights = [curve(_LEVELS) for curve in morph.bend_curves]
         rows = np.array(weights).reshape(len(weights), len(_LEVELS)).T
         delta, bent = morph.delta[vertices], np.tensordot(rows, morph.bends[:, vertices], axes=1)
         lengths = np.linalg.norm(bent, axis=2)
-        share = (lengths / _LEVELS[:, None]).max(axis=0) / np.linalg.norm(delta, axis=1)
+        share = (lengths / _LEVELS[:, None]).max(axis=0) / moves[vertices]
         return cls(vertices, delta, bent, lengths.max(axis=0), share)
 
 
@@ -112,45 +113,29 @@ def pair_bends(
         say: Told what is being made.
     """
     moved = {n: _Moved.of(m) for n, m in morphs.items() if n in among and m.delta.any()}
-    found: list[tuple[str, str, Corrective, float]] = []
-    for one, other in combinations(moved, 2):
-        law = _driven(one, other, correctives)
-        if law is not None:
-            ratio = _ratio(moved[one], moved[other], extent or 1.0)
-            if ratio > RATIO:
-                found.append((one, other, law, ratio))
-    made: dict[str, Morph] = {}
+    # Of a corrective its drivers decide where it is, and with what it meets.
+    free = [name for name in moved if name not in correctives]
+    ratios = {
+        pair: _ratio(moved[pair[0]], moved[pair[1]], extent or 1.0)
+        for pair in combinations(free, 2)
+    }
+    found = [pair for pair, ratio in ratios.items() if ratio > RATIO]
+    made: dict[tuple[str, str], Morph] = {}
 
-    def make(task: tuple[int, tuple[str, str, Corrective, float]]) -> None:
-        number, (one, other, _, ratio) = task
-        say(f"the path to {one} and {other}, {number} of {len(found)} that meet")
-        made[f"{one}+{other}"] = _pair(neutral, morphs[one], morphs[other], to, ratio, extent)
+    def make(task: tuple[int, tuple[str, str]]) -> None:
+        number, pair = task
+        one, other = (morphs[name] for name in pair)
+        say(f"the path to {' and '.join(pair)}, {number} of {len(found)} that meet")
+        made[pair] = _pair(neutral, one, other, to, ratios[pair], extent)
 
     in_own_threads(make, enumerate(found, start=1))
-    names = _new_names([(one, other) for one, other, *_ in found], morphs)
-    kept = [
-        (name, made[f"{one}+{other}"], law)
-        for name, (one, other, law, _) in zip(names, found, strict=True)
-        if len(made[f"{one}+{other}"].bends)
-    ]
-    return {n: morph for n, morph, _ in kept}, {n: law for n, _, law in kept}
+    names = _new_names(found, morphs)
+    named = {name: pair for name, pair in zip(names, found, strict=True) if len(made[pair].bends)}
+    laws = {name: Corrective(pair, "min") for name, pair in named.items()}
+    return {name: made[pair] for name, pair in named.items()}, laws
 
 
-def _driven(one: str, other: str, correctives: Mapping[str, Corrective]) -> Corrective | None:
-    """What drives the bend of two; None where no sliders can.
-
-    A product on top of another, as w_a·w_b where w_a is the other, is the least of both.
-    """
-    products = [correctives[name] for name in (one, other) if name in correctives]
-    if not products:
-        return Corrective((one, other), "min")
-    alone = one if other in correctives else other
-    law = products[0]
-    inside = len(products) == 1 and law.law == PRODUCT and alone in law.drivers
-    return law if inside else None
-
-
-def _new_names(pairs: Collection[tuple[str, str]], taken: Collection[str]) -> Iterator[str]:
+def _new_names(pairs: Iterable[tuple[str, str]], taken: Collection[str]) -> Iterator[str]:
     known = set(taken)
     for pair in pairs:
         name = "_".join(pair)
