@@ -8,15 +8,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from elastomorph.bending.keys import Columns, Keys, bent_keys
+from elastomorph.bending.keys import Columns, Driven, Keys, bent_keys
 from elastomorph.errors import ParameterError
 from elastomorph.io.blend_shapes import hats
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.paths.through import cardinal_curves
+from elastomorph.rig.laws import LAWS, Corrective
 
 ARCH = BendCurve.polynomial([0, 1, -1])
 HAT = hats(np.array([0.3]))[0]
 CURVES = [
+    None,
     ARCH,
     BendCurve.power(5),
     HAT,
@@ -75,6 +77,17 @@ def single(*shape: int, low: float, high: float) -> st.SearchStrategy[NDArray[np
 
 
 @st.composite
+def driven(draw: st.DrawFn, count: int) -> Driven:
+    """One to three sliders, and a law of them."""
+    columns = draw(st.lists(st.integers(0, count - 1), min_size=1, max_size=3))
+    law = draw(st.sampled_from(list(LAWS)))
+    gains = [draw(st.floats(-2, 2, width=16)) for _ in columns]
+    numbers = {"hinge": tuple(gains), "softmin": (draw(st.sampled_from([1.0, 3.0])),)}
+    names = tuple(map(str, columns))
+    return Driven(tuple(columns), Corrective(names, law, numbers.get(law, ())))
+
+
+@st.composite
 def clips(draw: st.DrawFn) -> tuple[Columns, tuple[NDArray, NDArray, str]]:
     """A mesh of one to three sliders, and a clip of them that leaves [0, 1] too."""
     count, length = draw(st.integers(1, 3)), draw(st.integers(1, 4))
@@ -88,7 +101,8 @@ def clips(draw: st.DrawFn) -> tuple[Columns, tuple[NDArray, NDArray, str]]:
         values = np.stack([tangents[0], values, tangents[1]], axis=1)
     sizes = st.floats(1e-4, 0.1)
     curves = st.sampled_from(CURVES)
-    bends = draw(st.lists(st.tuples(st.integers(0, count - 1), curves, sizes), max_size=3))
+    driver = st.one_of(st.integers(0, count - 1), driven(count))
+    bends = draw(st.lists(st.tuples(driver, curves, sizes), max_size=3))
     folds = draw(st.dictionaries(st.integers(0, count - 1), st.tuples(curves, sizes), max_size=1))
     return Columns(count, tuple(bends), folds), (times, values, interpolation)
 

@@ -16,6 +16,7 @@ import copy
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -49,9 +50,12 @@ from elastomorph.io.gltf.accessors import DTYPES, read_floats
 from elastomorph.io.gltf.clips import POINTER, MovedWeights, moved_weights
 from elastomorph.io.gltf.container import GltfFile, open_gltf
 from elastomorph.io.gltf.meshopt import EXTENSIONS, require_meshopt
+from elastomorph.io.gltf.nodes import placed_meshes
+from elastomorph.io.gltf.reader import read_meshes, rig_of
 from elastomorph.io.untrusted import naming_file
 from elastomorph.numbers import as_number
 from elastomorph.paths import Method
+from elastomorph.rig import Rig
 
 Places = Iterator[tuple[dict[str, Any], str]]
 """Each object and key whose value is a number of one kind."""
@@ -346,6 +350,50 @@ def bend_gltf(
     return report
 
 
+def hold_gltf(
+    path: str | Path,
+    output: str | Path | None,
+    held: Callable[[Rig], Rig],
+    *,
+    keys_tolerance: float | None = None,
+    say: Callable[[str], None] = lambda _: None,
+) -> BendReport:
+    """Add correctives to a .glb, .vrm or .gltf file, and to its clips; its paths stay.
+
+    Args:
+        path: The character, bent or not.
+        output: The file to write; None: only say what would come of it.
+        held: From its rig to that with correctives.
+        keys_tolerance: As for `bend_gltf`.
+        say: Told what is being done.
+    """
+    say(f"reading {path}")
+    with of_bounded_depth(path):
+        file = open_gltf(path)
+        character = Character.of(file)
+    if output is not None:
+        require_output(character, output)
+    face = Face.read(character.file)
+    with naming_file(path), np.errstate(all="ignore"):
+        rig = rig_of(file, read_meshes(file, placed_meshes(file)))
+    known = rig.sliders
+    paths = {name: replace(morph, bare=False) for name, morph in rig.morphs.items()}
+    rig = Rig(rig.neutral, paths, correctives=known.correctives, groups=known.groups)
+    more = held(rig)
+    with naming_file(path):
+        welded = {name: face.welding.welded(morph) for name, morph in more.morphs.items()}
+    now = Rig(face.welding.neutral, welded, correctives=more.sliders.correctives)
+    before = {n: m for n, m in welded.items() if n in rig.morphs}
+    laws = {n: own for n, own in known.correctives.items() if n in before}
+    plan = make_plan(Rig(now.neutral, before, correctives=laws), tolerance=FEWEST)
+    plan = plan.with_correctives(now)
+    with of_bounded_depth(path):
+        edit = CharacterEdit(character, face, plan, FEWEST)
+        edit.add_bends(say)
+        edit.add_clips(KEYS_TOLERANCE if keys_tolerance is None else keys_tolerance, say)
+        return edit.written(output, say)
+
+
 def unbend_gltf(path: str | Path, output: str | Path) -> None:
     """Write the original of a bent .glb, .vrm or .gltf file."""
     with of_bounded_depth(path):
@@ -422,9 +470,12 @@ class CharacterEdit:
         with naming_file(self._character.file.path):
             for number, bent in enumerate(self._plan.bent, start=1):
                 say(f"the bends of {bent.name}, {number} of {len(self._plan.bent)}")
-                bends = self._face.welding.fields(bent.morph.bends)
+                shape = () if bent.shape is None else (bent.shape[None],)
+                bends = self._face.welding.fields(np.concatenate([*shape, bent.morph.bends]))
                 known = self._face.rig
                 target = (known[bent.name].target if bent.name in known else known.neutral).vertices
+                if bent.shape is not None:
+                    target = target + bends[0]
                 turned = None if normals is None else normals.bends(bent, target, bends)
                 before = self._additions.size, sum(len(mesh.names) for mesh in self._meshes)
                 for mesh in self._meshes:
@@ -555,9 +606,7 @@ class CharacterEdit:
             extent=plan.extent,
             bent=tuple(self._bent),
             straight=tuple(
-                name
-                for name in plan.rig.morphs
-                if name not in bent and name not in plan.rig.pair_bends()
+                name for name in plan.rig.morphs if name not in bent and name in self._face.rig
             ),
             left_out=tuple(_described(own, 0, 0) for own in plan.left_out),
             targets_before=before,

@@ -258,7 +258,7 @@ def added_keys(pieces: Pieces, followers: Sequence[Follower], tolerance: float) 
         for name in ("size", "steepest", "roundest")
     )
     bounds = [own.bounds(pieces) for own in followers]
-    fast, hard = np.array(bounds).reshape(-1, 2, len(found)).transpose(1, 2, 0)
+    fast, hard = np.reshape(bounds, (len(followers), 2, len(found))).transpose(1, 2, 0)
     bends = (roundest * fast**2 + steepest * hard) @ sizes
     moving = (fast > 0) & (sizes > 0)
     grids = []

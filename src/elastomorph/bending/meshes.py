@@ -448,7 +448,7 @@ class MeshEdit:
         self.title = name if isinstance(name, str) and name else f"mesh {mesh.number}"
         self.names: list[str] = []  # of the targets that were added
         self._stored: dict[str, dict[str, Any]] = {}  # what is said of each morph that bends
-        self._driven: dict[str, tuple[dict[str, Any], Corrective]] = {}  # and of each pair bend
+        self._driven: dict[str, tuple[dict[str, Any], Corrective]] = {}  # and of what is driven
         # How far the numbers of all bends of a target together are from them, fraction of D.
         self.error = 0.0
 
@@ -462,21 +462,26 @@ class MeshEdit:
         driver: int | Driven = column
         if bent.law is not None:
             driver, title = Driven(tuple(columns), bent.law), bent.name
-        peaks = np.array([curve.height for curve in bent.morph.bend_curves])
+        added = bent.added
+        peaks = [1.0 if curve is None else curve.height for curve in added]
         curves: list[dict[str, Any]] = []
+        shape: dict[str, Any] = {}
         own = bends[:, self._mesh.rig_vertices]
         lengths = np.linalg.norm(own, axis=2)
         rounded = 0.0
         for k in np.flatnonzero(lengths.any(axis=1)).tolist():
-            name = self._new_name(f"{title}.bend{k + 1}")
+            curve, bend = added[k], k + len(bent.morph.bends) - len(added)
+            name = self._new_name(title if curve is None else f"{title}.bend{bend + 1}")
             self.names.append(name)
-            curve = bent.morph.bend_curves[k]
             self._bends.append((driver, curve, float(lengths[k].max()) / self._extent))
-            curves.append({"target": name, "curve": curve_to_json(curve)})
+            if curve is None:
+                shape = {"target": name}
+            else:
+                curves.append({"target": name, "curve": curve_to_json(curve)})
             turned = None if normals is None else normals[k][self._mesh.rig_vertices]
             rounded += self._add_target(column, own[k], turned, float(peaks[k]))
         self.error = max(self.error, rounded)
-        entry: dict[str, Any] = {"method": bent.morph.method, "bends": curves}
+        entry: dict[str, Any] = {**shape, "method": bent.morph.method, "bends": curves}
         if bent.fold is not None:
             delta = np.linalg.norm(bent.morph.delta, axis=1).max(initial=0.0) / self._extent
             self._folds[column] = (bent.fold, float(delta))
@@ -486,7 +491,7 @@ class MeshEdit:
         entry["bake_error"] = bent.error * self._extent / (self._mesh.diameter or 1.0)
         if bent.law is None:
             self._stored[bent.name] = entry
-        elif curves:
+        elif shape or curves:
             self._driven[bent.name] = entry, bent.law
 
     def _add_target(self, column: int, bend: Fields, normals: Fields | None, peak: float) -> float:
@@ -677,16 +682,18 @@ class NormalBends:
         return cls(mesh, of_vertex, moving[first], corners, corners.normals(mesh.vertices))
 
     def bends(self, bent: BentMorph, target: Fields, bends: Fields) -> Fields:
-        """(K, V, 3) what the bends (K, V, 3) of a morph to a target (V, 3) add to normals."""
-        count = len(bends)
+        """(K, V, 3) what is added to normals by what is added to a morph to a target (V, 3)."""
+        count, curves = len(bends), bent.morph.bend_curves
+        first = int(bent.shape is None)  # a shape has normals of its own
         end = self.mesh.with_vertices(target[self.first])
-        fields, curves = bends[:, self.first], bent.morph.bend_curves
+        fields = bends[1 - first :, self.first]
         if bent.fold is not None:  # its part is played by the normals of the target itself
             fields = np.concatenate([fields, (end.vertices - self.mesh.vertices)[None]])
             curves = (*curves, bent.fold)
         path = replace(bent.morph, neutral=self.mesh, target=end, bends=fields, bend_curves=curves)
-        added = normal_deltas(self.corners, path, range(len(curves)), self.at_rest)[1 : count + 1]
-        peaks = np.array([curve.height for curve in curves[:count]])
+        every = normal_deltas(self.corners, path, range(len(curves)), self.at_rest)
+        added = every[first : first + count]
+        peaks = np.array([1.0 if curve is None else curve.height for curve in bent.added])
         added[np.linalg.norm(added, axis=2) * peaks[:, None] < _LIKE] = 0.0
         padded = np.concatenate([added, np.zeros_like(added[:, :1])], axis=1)
         return np.asarray(padded[:, self.of_vertex])

@@ -12,8 +12,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-
 from elastomorph.bending.face import Face, FaceMesh
 from elastomorph.bending.files import Character, written_glb
 from elastomorph.bending.gltf import FEWEST, KEYS_TOLERANCE, CharacterEdit, of_bounded_depth
@@ -32,8 +30,6 @@ from elastomorph.io.gltf.reader import (
 )
 from elastomorph.io.gltf.rig_extras import corrective_entries, least_version
 from elastomorph.io.untrusted import naming_file
-from elastomorph.model.morph import Morph
-from elastomorph.paths.welding import Welding
 from elastomorph.rig import Rig
 
 
@@ -152,10 +148,6 @@ def _moves(channel: Any, nodes: Collection[int]) -> bool:
     return named and len(parts[2]) < 10 and int(parts[2]) in nodes
 
 
-# How far a path may be off at the copies of a vertex along seams, as a fraction of the diameter.
-_ALIKE = 1e-5
-
-
 @dataclass(frozen=True, eq=False)
 class OpenedCharacter:
     """A .glb, .vrm or .gltf file, or some meshes of it.
@@ -204,7 +196,8 @@ class OpenedCharacter:
             document, chunk = character.file.document, character.chunk
             if any(len(morph.bends) for morph in rig.morphs.values()):
                 welding = face.welding
-                morphs = {name: _welded(welding, morph) for name, morph in rig.morphs.items()}
+                with naming_file(self.file.path):
+                    morphs = {name: welding.welded(morph) for name, morph in rig.morphs.items()}
                 plan = make_plan(Rig(welding.neutral, morphs, correctives=pairs))
                 edit = CharacterEdit(character, face, plan, FEWEST)
                 edit.add_bends(lambda _: None)
@@ -240,25 +233,6 @@ def _read(file: GltfFile, names: Sequence[str]) -> tuple[Sequence[ReadMesh], Rig
     with naming_file(file.path):
         meshes = read_meshes(file, wanted_meshes(file, names))
         return meshes, rig_of(file, meshes)
-
-
-def _welded(welding: Welding, morph: Morph) -> Morph:
-    """The path of a whole face, where its vertices are welded."""
-    diameter = morph.neutral.diameter
-    bends = morph.bends[:, welding.first]
-    for whole, own in zip(morph.bends, welding.fields(bends), strict=True):
-        if np.abs(whole - own).max(initial=0.0) > _ALIKE * diameter:
-            raise FormatError(
-                "" if morph.neutral.source is None else morph.neutral.source.path,
-                "a path differs from one side of a seam to the other",
-            )
-    return replace(
-        morph,
-        neutral=welding.neutral,
-        target=welding.mesh(morph.target),
-        bends=bends,
-        bake_error=morph.bake_error * diameter / (welding.neutral.diameter or 1.0),
-    )
 
 
 def _with_sliders(document: dict[str, Any], face: Face, rig: Rig) -> dict[str, Any]:

@@ -229,6 +229,17 @@ class BentMorph:
     error: float
     law: Corrective | None = None
 
+    @property
+    def shape(self) -> Floats | None:
+        """(V, 3) what a corrective adds as a target of its own; None of all else."""
+        delta = self.morph.delta
+        return delta if self.law is not None and delta.any() else None
+
+    @property
+    def added(self) -> tuple[BendCurve | None, ...]:
+        """The curves of the targets that are added; a shape has none."""
+        return (*(() if self.shape is None else (None,)), *self.morph.bend_curves)
+
 
 @dataclass(frozen=True, eq=False)
 class Plan:
@@ -245,6 +256,27 @@ class Plan:
     extent: float
     bent: tuple[BentMorph, ...]
     left_out: tuple[BentMorph, ...]
+
+    def with_correctives(self, rig: Rig) -> Plan:
+        """The same, and what sliders drive in a rig that is not in the file.
+
+        Args:
+            rig: That of the plan, with further morphs that are driven entirely by its sliders.
+        """
+        scale = self.extent or 1.0
+        more = tuple(
+            BentMorph(
+                name,
+                rig.morphs[name],
+                None,
+                farthest((*rig.morphs[name].bend_curves,), rig.morphs[name].bends) / scale,
+                rig.morphs[name].bake_error * (rig.neutral.diameter or 1.0) / scale,
+                law,
+            )
+            for name, law in rig.sliders.correctives.items()
+            if name not in self.rig.morphs
+        )
+        return replace(self, rig=rig, bent=(*self.bent, *more))
 
 
 def make_plan(

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.errors import MeshError
 from elastomorph.model.geometry import component_of, moved_extent
 from elastomorph.model.mesh import FaceLabels, Mesh, require_same_topology
 from elastomorph.model.morph import Morph
@@ -24,6 +25,8 @@ from elastomorph.paths.method import Prepared
 # Single precision and products of matrices round; in two of a million million cases this is also
 # the border of a cell, and a seam stays: it is no fraction that anyone would model with.
 _CELL = 1.1180339887e-6
+# How far a path may be off at the copies of a vertex along seams, as a fraction of the diameter.
+_ALIKE = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,6 +119,25 @@ class Welding:
             target=target,
             bends=self.fields(path.bends),
             bake_error=path.bake_error * scale,
+        )
+
+    def welded(self, path: Morph) -> Morph:
+        """The path of the whole, where its vertices are welded.
+
+        Raises:
+            MeshError: It differs from one side of a seam to the other.
+        """
+        diameter = path.neutral.diameter
+        bends = path.bends[:, self.first]
+        for whole, own in zip(path.bends, self.fields(bends), strict=True):
+            if np.abs(whole - own).max(initial=0.0) > _ALIKE * diameter:
+                raise MeshError("a path differs from one side of a seam to the other")
+        return replace(
+            path,
+            neutral=self.neutral,
+            target=self.mesh(path.target),
+            bends=bends,
+            bake_error=path.bake_error * diameter / (self.neutral.diameter or 1.0),
         )
 
 

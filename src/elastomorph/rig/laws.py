@@ -56,11 +56,11 @@ class Corrective:
     numbers: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        named = not isinstance(self.drivers, str) and isinstance(self.drivers, Sequence)
-        if not named or not all(isinstance(name, str) for name in self.drivers):
+        names: object = self.drivers
+        listed = isinstance(names, tuple | list)
+        if not listed or not all(isinstance(name, str) for name in self.drivers):
             raise ParameterError(
-                f"drivers are a list of names, such as ['jawOpen', 'mouthClose'], found "
-                f"{self.drivers!r}"
+                f"drivers are a list of names, such as ['jawOpen', 'mouthClose'], found {names!r}"
             )
         object.__setattr__(self, "drivers", tuple(self.drivers))
         if not self.drivers:
@@ -181,7 +181,7 @@ def _clamped(weights: NDArray[Any]) -> NDArray[Any]:
 
 
 def _ratio(above: NDArray[Any], below: NDArray[Any]) -> NDArray[Any]:
-    return above / np.where(below.real > 0, below, 1.0)
+    return np.asarray(above / np.where(below.real > 0, below, 1.0))
 
 
 def _softmin(weights: NDArray[Any], numbers: tuple[float, ...]) -> NDArray[Any]:
@@ -189,12 +189,12 @@ def _softmin(weights: NDArray[Any], numbers: tuple[float, ...]) -> NDArray[Any]:
     # Relative to the least, so that no power overflows; where that is 0, the result is.
     some = (least.real > 0)[..., None]
     ratios = np.where(some, least[..., None], 1.0) / np.where(some, weights, 1.0)
-    return least * (ratios**sharpness).mean(axis=-1) ** (-1.0 / sharpness)
+    return np.asarray(least * (ratios**sharpness).mean(axis=-1) ** (-1.0 / sharpness))
 
 
 def _mul_avg_ext(weights: NDArray[Any], _: tuple[float, ...]) -> NDArray[Any]:
     low, high = _least(_clamped(weights)), _most(_clamped(weights))
-    return 2.0 * low * _ratio(high, low + high)
+    return np.asarray(2.0 * low * _ratio(high, low + high))
 
 
 def _mul_avg_all(weights: NDArray[Any], _: tuple[float, ...]) -> NDArray[Any]:

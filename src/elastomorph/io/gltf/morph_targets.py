@@ -175,8 +175,8 @@ def targets_of_parts(
     first = {name: kept.first for name, kept in zip(rig.morphs, targets.morphs, strict=True)}
     starts = list(first.values())
     found[:, starts] = np.logical_or.reduceat(found, starts, axis=1)
-    for name, own in rig.sliders.correctives.items():
-        found[:, [first[driver] for driver in own.drivers]] |= found[:, [first[name]]]
+    for name, law in rig.sliders.correctives.items():
+        found[:, [first[driver] for driver in law.drivers]] |= found[:, [first[name]]]
     missed = np.add.reduceat(lengths * (~found.T @ has), starts, axis=0)
     return found, float((missed + [kept.dropped for kept in targets.morphs]).max())
 
