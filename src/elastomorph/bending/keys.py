@@ -83,7 +83,7 @@ class Driven:
         u = np.arange(_FINE + 1) / _FINE
         count = len(pieces.starts)
         which, part = np.repeat(np.arange(count), len(u)), np.tile(u, count)
-        values = self.weight(pieces.at(which, part, slice(None))[0]).reshape(count, -1)
+        values = self.weight(pieces.at(which, part, slice(None))[0]).reshape(count, len(u))
         first, second = np.abs(np.diff(values)) * _FINE, np.abs(np.diff(values, 2)) * _FINE**2
         return 2 * first.max(axis=1), 2 * second.max(axis=1)
 
