@@ -238,7 +238,10 @@ def groups(neutral: em.Mesh, part: FaceLabels, landmarks: Sequence[int]) -> Face
 
 
 def paths() -> dict[str, Any]:
-    """The default paths of the rig, made on the head as it is read from its files."""
+    """The default paths of the rig, made on the head as it is read from its files.
+
+    Its pair bends are last.
+    """
     rig = with_paths(bare_rig(head(), {**shapes(), **expressions()}))
     morphs = rig.morphs.values()
     bends = {f"{name}.{k}": b for name, m in rig.morphs.items() for k, b in enumerate(m.bends)}
@@ -252,6 +255,7 @@ def paths() -> dict[str, Any]:
         "methods": np.array([morph.method for morph in morphs]),
         "errors": np.array([m.bake_error + rounding * len(m.bends) for m in morphs]),
         "choices": np.array([astuple(morph.choice) for morph in morphs if morph.choice], float),
+        "pairs": np.array([own.drivers for own in rig.pair_bends().values()]),
     }
 
 

@@ -114,7 +114,7 @@ def _on(neutral: Mesh, rig: Rig) -> Rig:
         name: replace(own, neutral=neutral, target=neutral.with_vertices(own.target.vertices))
         for name, own in rig.morphs.items()
     }
-    return Rig(neutral, morphs)
+    return Rig(neutral, morphs, correctives=rig.sliders.correctives)
 
 
 def rig_as_stored(

@@ -24,6 +24,7 @@ from elastomorph.model.morph import Choice, Morph
 from elastomorph.model.polygons import Polygons
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.rig import Rig
+from elastomorph.rig.laws import Corrective
 from elastomorph.samples.materials import IMAGES, materials
 from elastomorph.samples.paper_expressions import compose_expressions
 
@@ -119,6 +120,8 @@ def _expressions() -> dict[str, Mesh]:
 def built_in_rig() -> Rig:
     """The head, its shapes and expressions, each with the path that ``auto`` takes to it.
 
+    Behind them are the pair bends of those that meet.
+
     Raises:
         FormatError: The installed file is damaged or of another version.
     """
@@ -126,28 +129,29 @@ def built_in_rig() -> Rig:
     targets = {**shapes(), **expressions()}
     bends = np.stack([*_moves(stored).values()])
     curves = [BendCurve.polynomial(row) for row in stored["curves"]]
+    pairs = {"_".join(pair): Corrective(tuple(pair), "min") for pair in stored["pairs"].tolist()}
     morphs, start = {}, 0
     for name, count, method, error, choice in zip(
-        targets,
+        (*targets, *pairs),
         stored["bends"].tolist(),
         stored["methods"].tolist(),
         stored["errors"].tolist(),
         stored["choices"].tolist(),
         strict=True,
     ):
-        distance, allowed, exact, shrunk, hidden, eased, crossing, deeper = choice
+        distance, allowed, exact, shrunk, hidden, eased, crossing, *depths = choice
         counts = int(shrunk), int(hidden), int(eased), int(crossing)
         morphs[name] = Morph(
             neutral,
-            targets[name],
+            targets.get(name, neutral),
             bends[start : start + count],
             tuple(curves[start : start + count]),
             method,
             bake_error=error,
-            choice=Choice(distance, allowed, bool(exact), *counts, deeper),
+            choice=Choice(distance, allowed, bool(exact), *counts, *depths),
         )
         start += count
-    return Rig(neutral, morphs)
+    return Rig(neutral, morphs, correctives=pairs)
 
 
 @cache
