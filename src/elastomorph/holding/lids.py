@@ -25,8 +25,9 @@ from elastomorph.rig.laws import Corrective
 
 HINGES = 2
 """Correctives an eye, for the two halves of the slit: one leaves twice as much, three no less."""
-_OVERLAP = 0.02
-"""By which lids that are shut lie over each other, in parts of the widest opening."""
+_OVERLAP = 0.05
+"""By which lids that are shut lie over each other, in parts of the widest opening: from below one sees
+between lids that meet as seen from the eyeball."""
 _LEAST_GAIN = 0.01
 _LEAST_BLINK = 0.5
 """Part of the opening that a slider takes away which is to be a blink."""
