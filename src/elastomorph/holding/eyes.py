@@ -27,13 +27,16 @@ _MOVED = 0.05
 """Part of its farthest way that a blink moves skin, and does not move an eyeball."""
 _OPEN = 0.25
 """Part of its widest place that the slit is open where it is measured: corners are always shut."""
-# An eyeball with its cornea is a sphere within this part of its radius, root of the mean square,
-# and lids lie within half a radius of it. Rings of few vertices fit any sphere.
+# An eyeball is a sphere for most of its vertices, these within this part of its radius, and lids
+# lie within half a radius of it. Rings of few vertices fit any sphere.
+_SPHERE = 0.7
 _BALL = 64
 _ROUND = 0.06
 _OVER_BALL = 0.5
 _SEEN = 2.0
 """Radii of the ball round its centre within which skin may cover the eye."""
+_INSIDE = 0.85
+"""Radii of the ball from which on skin covers it: a socket is closed behind some eyes."""
 _NEAR = 1.4
 """Radii round its centre within which margins lie: a nose may cover part of the slit as well."""
 _STEP = 2e-3
@@ -109,7 +112,7 @@ class Eye:
         )
 
     def slit(self, positions: Points) -> Points:
-        """(S, K) height by which the lids are apart in (S, N, 3) faces; negative past each other."""
+        """(S, K) height by which lids are apart in (S, N, 3) faces, negative past each other."""
         upper, lower = self.margins(positions)
         return np.asarray((upper - lower) * self.radius)
 
@@ -139,15 +142,19 @@ def part_rig(rig: Rig, vertices: Vertices) -> Rig:
     return Rig(neutral, morphs, correctives=rig.sliders.correctives)
 
 
+def faces_of(rig: Rig, weights: Points) -> Points:
+    """(S, N, 3) float64 faces of (S, J) weights."""
+    return np.asarray(rig.batch(weights, dtype=np.float64), dtype=np.float64)
+
+
 def blinks_of(names: Sequence[str]) -> dict[str, bool]:
-    """The sliders that shut an eye, and whether they shut both: those of one eye where there are."""
-    found = {}
+    """The sliders that shut an eye, and whether both: those of one eye where there are any."""
+    found: dict[str, bool] = {}
     for name in names:
         shape = shape_of(name) or next((b for b in _BLINKS if name.endswith(b)), None)
         if shape in _BLINKS:
             found[name] = shape in _BOTH
-    one = {name: both for name, both in found.items() if not both}
-    return one or found
+    return {name: both for name, both in found.items() if not both} or found
 
 
 def find_eyes(rig: Rig) -> Iterator[Eye | str]:
@@ -179,7 +186,7 @@ class _Scene:
 
     @classmethod
     def of(cls, rig: Rig) -> _Scene:
-        corners, _ = triangulate(rig.neutral)
+        corners = triangulate(rig.neutral)[0].astype(np.int64)
         triangles = joined(rig.neutral.vertices, corners)
         # A seam is an edge of two triangles; where a shell hangs on the skin there are three.
         sides = np.sort(sides_of(triangles), axis=1)
@@ -215,27 +222,28 @@ class _Scene:
             except ParameterError as error:
                 yield f"{name}: {error}"
 
-    def _ball(
-        self, moved: Points, lid: Vertices, way: Points
-    ) -> tuple[Points, float, bool]:
+    def _ball(self, moved: Points, lid: Vertices, way: Points) -> tuple[Points, float, bool]:
         """Centre and radius of the eyeball under a lid, and whether there is one."""
         points = self.rig.neutral.vertices
         middle = points[lid].mean(axis=0)
+        corners = points[self.triangles[np.isin(self.triangles, lid).any(axis=1)]]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).sum(axis=0)
+        normal -= normal @ way * way
+        normal /= np.linalg.norm(normal) or 1.0
         best: tuple[float, Points, float] | None = None
         for part in self.parts:
             if len(part) < _BALL or moved[part].max() > _MOVED * moved[lid].max():
                 continue
             centre, radius, uneven = fit_sphere(points[part])
-            beside = abs(np.linalg.norm(middle - centre) - radius) <= _OVER_BALL * radius
+            beside = abs((middle - centre) @ normal - radius) <= _OVER_BALL * radius
+            beside &= np.linalg.norm(middle - centre) <= (1 + _OVER_BALL) * radius
+            beside &= radius < np.ptp(points[lid], axis=0).max()
             if beside and uneven <= (_ROUND if best is None else best[0]):
                 best = uneven, centre, radius
         if best is not None:
             return best[1], best[2], True
-        corners = points[self.triangles[np.isin(self.triangles, lid).any(axis=1)]]
-        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).sum(axis=0)
-        normal -= normal @ way * way
-        radius = float(np.ptp(points[lid] @ np.cross(way, normal / np.linalg.norm(normal)))) / 2
-        return middle - radius * normal / np.linalg.norm(normal), radius, False
+        radius = float(np.ptp(points[lid] @ np.cross(way, normal))) / 2
+        return middle - radius * normal, radius, False
 
     def _eye(
         self, blink: Morph, name: str, moved: Points, is_skin: NDArray[np.bool_], lid: Vertices
@@ -249,7 +257,8 @@ class _Scene:
         forward /= np.linalg.norm(forward)
         axes = np.stack([np.cross(up, forward), up, forward])
         off = points - centre
-        seen = is_skin & (off @ forward > 0) & (np.linalg.norm(off, axis=1) < _SEEN * radius)
+        far = np.linalg.norm(off, axis=1) / radius
+        seen = is_skin & (off @ forward > 0) & (far > _INSIDE * ball) & (far < _SEEN)
         vertices = np.flatnonzero(seen | (moved > 0))
         number = np.full(len(points), -1)
         number[vertices] = np.arange(len(vertices))
@@ -259,34 +268,46 @@ class _Scene:
         eye = Eye(
             name, centre, radius, ball, axes, vertices, seen[vertices], none, none, empty, empty
         )
-        small = part_rig(self.rig.only([name]), vertices)
-        above, below = set(), set()
-        for weight in _CLOSING:
-            rim = _slit_edges(eye, small.pose({name: weight}), own, moved[vertices])
-            if not weight:
-                if not (rim[0] and rim[1]):
-                    raise ParameterError(
-                        "no slit is open between the lids in the neutral: are they modelled shut?"
-                    )
-                reach = eye.places(points[vertices[list(rim[0] | rim[1])]])
-                box = [(place.min(), place.max()) for place in reach[:2]]
-            here = eye.places(small.pose({name: weight}))
-            within = np.all([(p >= a) & (p <= b) for p, (a, b) in zip(here, box)], axis=0)
-            above |= {v for v in rim[0] if within[v]}
-            below |= {v for v in rim[1] if within[v]}
-        edges = np.unique(np.sort(sides_of(own), axis=1), axis=0)
-        upper, lower = (
-            edges[~np.isin(edges, list(other)).any(axis=1) & np.isin(edges, list(rim)).all(axis=1)]
-            for rim, other in ((above, below), (below, above))
-        )
-        longitude = eye.places(points[vertices])[0]
-        ends = [longitude[np.unique(rim)] for rim in (upper, lower)]
-        reach = max(e.min() for e in ends), min(e.max() for e in ends)
-        eye = replace(eye, upper=upper, lower=lower, columns=np.linspace(*reach, 4 * COLUMNS))
-        wide = eye.slit(points[vertices][None])[0]
-        fine = eye.columns[np.isfinite(wide) & (wide > _OPEN * wide[np.isfinite(wide)].max())]
-        eye = replace(eye, columns=np.linspace(fine.min(), fine.max(), COLUMNS))
-        return replace(eye, open=eye.slit(points[vertices][None])[0])
+        closing = self.rig.only([name])
+        faces = faces_of(part_rig(closing, vertices), np.array(_CLOSING)[:, None])
+        return _with_margins(eye, faces, own, moved[vertices])
+
+
+def _with_margins(eye: Eye, closing: Points, triangles: Vertices, moved: Points) -> Eye:
+    """The eye with the margins that border its slit while it closes, in (S, N, 3) faces from rest."""
+    longitude, latitude, _ = eye.places(closing)
+    above, below = np.zeros((2, len(moved)), bool)
+    within = np.ones(len(moved), bool)
+    for face, (across, up) in enumerate(zip(longitude, latitude, strict=True)):
+        over, under = _slit_edges(eye, closing[face], triangles, moved)
+        if not face:
+            if not (over.any() and under.any()):
+                raise ParameterError(
+                    "no open slit was found between its lids: are they modelled shut?"
+                )
+            first = over | under
+            ends = [(place[first].min(), place[first].max()) for place in (across, up)]
+        (left, right), (low, high) = ends
+        within = (across >= left) & (across <= right) & (up >= low) & (up <= high)
+        above |= over & within
+        below |= under & within
+    edges = np.unique(np.sort(sides_of(triangles), axis=1), axis=0)
+    upper, lower = (
+        edges[own[edges].all(axis=1) & ~other[edges].any(axis=1)]
+        for own, other in ((above, below), (below, above))
+    )
+    if not (len(upper) and len(lower)):
+        raise ParameterError("no margins were found on both lids")
+    most = [longitude[0][np.unique(margin)] for margin in (upper, lower)]
+    start, stop = max(each.min() for each in most), min(each.max() for each in most)
+    fine = np.linspace(start, stop, 4 * COLUMNS)
+    wide = replace(eye, upper=upper, lower=lower, columns=fine).slit(closing[:1])[0]
+    open_there = fine[wide > max(_OPEN * wide.max(), 0)]
+    if not (start < stop and len(open_there)):
+        raise ParameterError("its lids do not face each other along a slit")
+    columns = np.linspace(open_there.min(), open_there.max(), COLUMNS)
+    eye = replace(eye, upper=upper, lower=lower, columns=columns)
+    return replace(eye, open=eye.slit(closing[:1])[0])
 
 
 def joined(points: Points, triangles: Vertices) -> Vertices:
@@ -299,25 +320,26 @@ def joined(points: Points, triangles: Vertices) -> Vertices:
 
 
 def fit_sphere(points: Points) -> tuple[Points, float, float]:
-    """Centre, radius and unevenness of the sphere through points; a cornea is left out of it."""
-    chosen = points
-    uneven = np.inf
-    for _ in range(2):
+    """Centre, radius and unevenness of the sphere through most of the points.
+
+    A cornea, or what closes half a ball at its back, is left out.
+    """
+    off = np.zeros(len(points))
+    for _ in range(6):
+        near = points[off <= np.quantile(off, _SPHERE)]
         # |p|² = 2 p·c + (r² - |c|²) is linear in what is sought.
         fit, *_ = np.linalg.lstsq(
-            np.c_[2 * chosen, np.ones(len(chosen))], (chosen**2).sum(axis=1), rcond=None
+            np.c_[2 * near, np.ones(len(near))], (near**2).sum(axis=1), rcond=None
         )
         centre, radius = fit[:3], float(np.sqrt(max(fit[3] + fit[:3] @ fit[:3], 0.0)))
-        off = np.linalg.norm(points - centre, axis=1) - radius
-        uneven = min(uneven, float(np.sqrt(np.mean(off**2))) / (radius or 1.0))
-        chosen = points[off < np.sqrt(np.mean(off**2))]
-    return centre, radius, uneven
+        off = np.abs(np.linalg.norm(points - centre, axis=1) - radius)
+    return centre, radius, float(np.quantile(off, _SPHERE)) / (radius or 1.0)
 
 
 def _slit_edges(
     eye: Eye, positions: Points, triangles: Vertices, moved: Points
-) -> tuple[set[int], set[int]]:
-    """Vertices of the edges that border the slit from above, and of those from below.
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """(N,) which vertices are of edges that border the slit from above, and which from below.
 
     Seen from the centre, an edge borders it where all its triangles lie on one side and nothing
     covers the other.
@@ -342,16 +364,19 @@ def _slit_edges(
         x, y = (beside[:, None] - a).transpose(2, 0, 1)
         turns.append((b - a)[:, 0] * y - (b - a)[:, 1] * x)
     inside = np.stack(turns)
-    covered = ((inside > 0).all(axis=0) | (inside < 0).all(axis=0)).any(axis=1)
+    within = np.asarray((inside > 0).all(axis=0) | (inside < 0).all(axis=0))
+    covered = within.any(axis=1)
     margin = ~covered & (far[edges[border]].max(axis=1) < _NEAR * eye.radius)
     edges, away = edges[border[margin]], away[margin]
+    up, down = np.zeros((2, len(flat)), bool)
     if not len(edges):
-        return set(), set()
+        return up, down
     # The outline of all that was looked at is a border too: the slit is where the blink moves most.
     ends = np.unique(edges)
     between = sides_of(triangles)
     between = between[np.isin(between, ends).all(axis=1)]
     loops = component_of(len(flat), np.concatenate([edges, between]))[edges[:, 0]]
-    own = loops == np.bincount(loops, moved[edges].sum(axis=1)).argmax()
-    up, down = (own & (away[:, 1] * sign > _SLOPE) for sign in (-1, 1))
-    return set(edges[up].ravel().tolist()), set(edges[down].ravel().tolist())
+    own = np.asarray(loops == np.bincount(loops, moved[edges].sum(axis=1)).argmax())
+    up[edges[own & (away[:, 1] < -_SLOPE)]] = True
+    down[edges[own & (away[:, 1] > _SLOPE)]] = True
+    return up, down

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastomorph.holding.correction import Correction, straight_morph
-from elastomorph.holding.eyes import Eye, Points, find_eyes, part_rig
+from elastomorph.holding.eyes import Eye, Points, faces_of, find_eyes, part_rig
 from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
 from elastomorph.rig.laws import Corrective
@@ -26,8 +26,9 @@ from elastomorph.rig.laws import Corrective
 HINGES = 2
 """Correctives an eye, for the two halves of the slit: one leaves twice as much, three no less."""
 _OVERLAP = 0.05
-"""By which lids that are shut lie over each other, in parts of the widest opening: from below one sees
-between lids that meet as seen from the eyeball."""
+"""By which lids that are shut lie over each other, in parts of the widest opening.
+
+From below one sees between lids that meet as seen from the eyeball."""
 _LEAST_GAIN = 0.01
 _LEAST_BLINK = 0.5
 """Part of the opening that a slider takes away which is to be a blink."""
@@ -69,7 +70,7 @@ class Gains:
         By no more than 1, so that a slider alone never drives a corrective. Sliders of correctives
         drive nothing else.
         """
-        alone = eye.slit(part.batch(np.eye(len(part.names)), dtype=np.float64))
+        alone = eye.slit(faces_of(part, np.eye(len(part.names))))
         overlap = np.maximum(_OVERLAP * eye.open.max(), -alone.min(axis=0))
         shares = _halves(np.linspace(0, 1, len(eye.columns)))
         table = (eye.open - alone) @ shares.T / ((eye.open + overlap) @ shares.T)
@@ -94,9 +95,7 @@ def _halves(along: Points) -> Points:
     return np.stack([np.interp(along, middles, row) for row in np.eye(HINGES)])
 
 
-def lid_corrections(
-    rig: Rig, take: Points | None
-) -> Iterator[tuple[Correction, Morph | None]]:
+def lid_corrections(rig: Rig, take: Points | None) -> Iterator[tuple[Correction, Morph | None]]:
     """The correctives of the lids of a rig, or why an eye has none.
 
     Args:
@@ -109,21 +108,23 @@ def lid_corrections(
     Raises:
         ParameterError: The rig has no slider that blinks, or no polygons.
     """
-    count: dict[str, int] = {}
     present = [c for c in rig.sliders.correctives.values() if c.law == "hinge"]
+    done: list[Eye] = []
     for eye in find_eyes(rig):
         if isinstance(eye, str):
             yield Correction(eye.partition(":")[0], note=eye), None
+        elif any(np.linalg.norm(eye.centre - other.centre) < eye.radius for other in done):
+            continue  # which another slider shuts as well
         elif any(eye.name in corrective.drivers for corrective in present):
             yield Correction(eye.name, note=f"{eye.name} is held already, and kept"), None
         else:
-            for row, morph in _held_eye(eye, rig, take, count.get(eye.name, 0)):
-                count[eye.name] = count.get(eye.name, 0) + (morph is not None)
-                yield row, morph
+            before = sum(other.name == eye.name for other in done)
+            yield from _held_eye(eye, rig, take, HINGES * before)
+            done.append(eye)
 
 
 def _held_eye(
-    eye: Eye, rig: Rig, take: Points | None, before: int
+    eye: Eye, rig: Rig, take: Points | None, number: int
 ) -> Iterator[tuple[Correction, Morph | None]]:
     part = part_rig(rig, eye.vertices)
     gains = Gains.of(eye, part)
@@ -139,7 +140,7 @@ def _held_eye(
     shifts = _fit(eye, part, gains, faces)
     shifts[np.linalg.norm(shifts, axis=2) < _NOTHING * rig.neutral.diameter] = 0
     seen = faces if take is None else take[gains.weights(take).any(axis=1)]
-    straight = part.batch(seen, dtype=np.float64)
+    straight = faces_of(part, seen)
     driven = gains.weights(seen)
     slits = [eye.slit(p) for p in (straight, straight + np.tensordot(driven, shifts, 1))]
     # Past each other, or open where they would be shut.
@@ -150,14 +151,15 @@ def _held_eye(
         law = gains.corrective(half)
         yield (
             Correction(
-                f"hold_{eye.name}_{before + half + 1}",
+                f"hold_{eye.name}_{number + half + 1}",
                 law.drivers,
                 law.law,
                 law.numbers,
-                *(float(each[:, own].max(initial=0.0)) for each in past),
-                rig.neutral.diameter,
-                0 if take is None else int((gains.weights(take)[:, half] > 0).sum()),
-                1,
+                before=float(past[0][:, own].max(initial=0.0)),
+                after=float(past[1][:, own].max(initial=0.0)),
+                diameter=rig.neutral.diameter,
+                frames=0 if take is None else int((gains.weights(take)[:, half] > 0).sum()),
+                targets=1,
             ),
             straight_morph(rig, eye.vertices, shift),
         )
@@ -183,12 +185,12 @@ def shutting_faces(eye: Eye, gains: Gains, take: Points | None) -> Points:
 def _fit(eye: Eye, part: Rig, gains: Gains, table: Points) -> Points:
     """(H, N, 3) what a weight of 1 of each corrective adds to the vertices of the eye."""
     rest, blink = part.neutral.vertices, part[eye.name].delta
-    longitude, latitude, distance = eye.places(rest)
+    longitude, _, distance = eye.places(rest)
     along = np.interp(longitude, eye.columns, np.linspace(0, 1, len(eye.columns)))
     shares = _halves(along)
     shifts = -shares[:, :, None] * blink
     ratio = np.where(distance < 2 * eye.radius, _ridden(eye, rest, blink), 0)
-    straight, driven = part.batch(table, dtype=np.float64), gains.weights(table)
+    straight, driven = faces_of(part, table), gains.weights(table)
     lowest = lowest_alone(eye, part)
     normal = driven.T @ driven
     local = shares.T[:, :, None] * normal * shares.T[:, None, :]
@@ -231,8 +233,6 @@ def lowest_alone(eye: Eye, part: Rig) -> Points:
         return np.zeros(len(eye.vertices))
     floor = np.full(len(eye.vertices), eye.radius)
     for weight in np.linspace(0, 1, 5):
-        faces = part.batch(weight * np.eye(len(part.names)), dtype=np.float64)
+        faces = faces_of(part, weight * np.eye(len(part.names)))
         floor = np.minimum(floor, np.linalg.norm(faces - eye.centre, axis=2).min(axis=0))
     return np.where(eye.skin, floor, 0)
-
-
