@@ -33,6 +33,8 @@ _SPHERE = 0.7
 _BALL = 64
 _ROUND = 0.06
 _OVER_BALL = 0.5
+_HALF = 1.5
+"""Radii across which even half a ball is wide; a strand of hair fits a sphere too."""
 _SEEN = 2.0
 """Radii of the ball round its centre within which skin may cover the eye."""
 _INSIDE = 0.85
@@ -226,22 +228,22 @@ class _Scene:
         """Centre and radius of the eyeball under a lid, and whether there is one."""
         points = self.rig.neutral.vertices
         middle = points[lid].mean(axis=0)
-        corners = points[self.triangles[np.isin(self.triangles, lid).any(axis=1)]]
-        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).sum(axis=0)
-        normal -= normal @ way * way
-        normal /= np.linalg.norm(normal) or 1.0
         best: tuple[float, Points, float] | None = None
         for part in self.parts:
             if len(part) < _BALL or moved[part].max() > _MOVED * moved[lid].max():
                 continue
             centre, radius, uneven = fit_sphere(points[part])
-            beside = abs((middle - centre) @ normal - radius) <= _OVER_BALL * radius
-            beside &= np.linalg.norm(middle - centre) <= (1 + _OVER_BALL) * radius
+            beside = abs(np.linalg.norm(middle - centre) - radius) <= _OVER_BALL * radius
             beside &= radius < np.ptp(points[lid], axis=0).max()
+            beside &= np.sort(np.ptp(points[part], axis=0))[1] > _HALF * radius
             if beside and uneven <= (_ROUND if best is None else best[0]):
                 best = uneven, centre, radius
         if best is not None:
             return best[1], best[2], True
+        corners = points[self.triangles[np.isin(self.triangles, lid).any(axis=1)]]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).sum(axis=0)
+        normal -= normal @ way * way
+        normal /= np.linalg.norm(normal) or 1.0
         radius = float(np.ptp(points[lid] @ np.cross(way, normal))) / 2
         return middle - radius * normal, radius, False
 
@@ -274,7 +276,7 @@ class _Scene:
 
 
 def _with_margins(eye: Eye, closing: Points, triangles: Vertices, moved: Points) -> Eye:
-    """The eye with the margins that border its slit while it closes, in (S, N, 3) faces from rest."""
+    """The eye with the margins that border its slit in (S, N, 3) faces from rest to a blink."""
     longitude, latitude, _ = eye.places(closing)
     above, below = np.zeros((2, len(moved)), bool)
     within = np.ones(len(moved), bool)

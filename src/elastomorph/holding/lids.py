@@ -25,7 +25,7 @@ from elastomorph.rig.laws import Corrective
 
 HINGES = 2
 """Correctives an eye, for the two halves of the slit: one leaves twice as much, three no less."""
-_OVERLAP = 0.05
+_OVERLAP = 0.06
 """By which lids that are shut lie over each other, in parts of the widest opening.
 
 From below one sees between lids that meet as seen from the eyeball."""
