@@ -1,6 +1,6 @@
-"""Lids of the built-in head held together, measured by pictures: no code of `em.hold` measures here.
+"""Lids of the built-in head held together, measured by pictures: no code of `em.hold` measures.
 
-    python benchmarks/held_lids.py --take rom.csv [--pictures FOLDER]
+    python benchmarks/held_lids.py --take rom.csv
 
 Correctives are fitted to the first half of the take, and every figure is of the second half. Skin
 above and below the line between the corners of the eye is drawn each by itself, from the front and
@@ -62,7 +62,7 @@ class Eye:
                     for face in (mesh.faces[i] for i in np.flatnonzero(chosen))
                 ]
                 cells = vtk.vtkCellArray()
-                cells.SetCells(len(rows), numpy_to_vtkIdTypeArray(np.concatenate(rows), deep=1))
+                cells.ImportLegacyFormat(numpy_to_vtkIdTypeArray(np.concatenate(rows), deep=1))
                 surface, mapper, actor = vtk.vtkPolyData(), vtk.vtkPolyDataMapper(), vtk.vtkActor()
                 surface.SetPoints(self.points)
                 surface.SetPolys(cells)
@@ -109,3 +109,41 @@ class Eye:
     def shown(self, positions: Points) -> int:
         """Pixels of the eyeball, over three views."""
         return sum(int((self.drawn("ball", positions, view) > 220).sum()) for view in VIEWS)
+
+
+def main() -> None:
+    """Print one row an eye."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--take", type=Path, required=True)
+    take = em.read_performance(parser.parse_args().take)
+    half = len(take) // 2
+    rig = em.read_rig("built-in")
+    held = em.hold(rig, take.part(stop=float(take.times[half - 1])))
+    weights = slider_weights(rig, take)[half:]
+    driven = held.rig.sliders.drive(weights)
+    places = list(held.rig.sliders.morphs)
+    print(f"frames {half} to {len(take) - 1}; correctives from those before; D = {DIAMETER} cm")
+    for side in CORNERS:
+        eye = Eye(rig.neutral, side)
+        alone = np.max([eye.over(rig.pose({name: 1.0})) for name in rig.names], axis=0)
+        own = [places.index(row.name) for row in held.corrections if side in row.name and row.law]
+        hinges = driven[:, own]
+        faces = [(rig.pose(w), held.rig.pose(w)) for w in weights[hinges.any(axis=1)]]
+        shut = hinges[hinges.any(axis=1)].min(axis=1) > 0
+        over = (
+            100
+            / DIAMETER
+            * np.array([[(eye.over(f) - alone).max() for f in pair] for pair in faces])
+        )
+        shown = np.array([[eye.shown(f) for f in pair] for pair in faces])[shut]
+        print(
+            f"{side:5}: {len(faces)} frames, {shut.sum()} of them shut all along; over each other, "
+            f"beyond what a slider does alone, at most {over[:, 0].max():.2f} -> "
+            f"{over[:, 1].max():.2f} % of D; frames with an eyeball between shut lids, from the "
+            f"front, 22° above and below: {np.count_nonzero(shown[:, 0])} -> "
+            f"{np.count_nonzero(shown[:, 1])}"
+        )
+
+
+if __name__ == "__main__":
+    main()

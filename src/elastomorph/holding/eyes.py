@@ -279,7 +279,6 @@ def _with_margins(eye: Eye, closing: Points, triangles: Vertices, moved: Points)
     """The eye with the margins that border its slit in (S, N, 3) faces from rest to a blink."""
     longitude, latitude, _ = eye.places(closing)
     above, below = np.zeros((2, len(moved)), bool)
-    within = np.ones(len(moved), bool)
     for face, (across, up) in enumerate(zip(longitude, latitude, strict=True)):
         over, under = _slit_edges(eye, closing[face], triangles, moved)
         if not face:
