@@ -40,6 +40,9 @@ if TYPE_CHECKING:
     from elastomorph.fitting import Learned as Learned
     from elastomorph.fitting.fit import fit as fit
     from elastomorph.fitting.learning import learn as learn
+    from elastomorph.holding import Correction as Correction
+    from elastomorph.holding import Held as Held
+    from elastomorph.holding import hold as hold
     from elastomorph.io.performance import read_performance as read_performance
     from elastomorph.io.performance import write_performance as write_performance
     from elastomorph.io.poses import read_poses as read_poses
@@ -82,6 +85,7 @@ _HOMES = {
     "fitting": ("Fit", "Learned"),
     "fitting.fit": ("fit",),
     "fitting.learning": ("learn",),
+    "holding": ("Correction", "Held", "hold"),
     "io.performance": ("read_performance", "write_performance"),
     "io.poses": ("read_poses", "write_poses"),
     "io.registry": ("read", "write"),

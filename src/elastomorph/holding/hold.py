@@ -1,0 +1,81 @@
+"""Hold a rig together where several of its shapes meet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastomorph.errors import ParameterError
+from elastomorph.holding.correction import Correction, with_morph
+from elastomorph.holding.lids import lid_corrections
+from elastomorph.model.morph import Morph
+from elastomorph.numbers import as_number
+from elastomorph.rig import Rig
+from elastomorph.rig.laws import Corrective
+from elastomorph.rig.performance.performance import Performance, slider_weights
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """A rig that holds together.
+
+    Attributes:
+        rig: The rig with its correctives; its other morphs are the same objects.
+        corrections: One row for each corrective that was added, and for what was left out.
+    """
+
+    rig: Rig
+    corrections: tuple[Correction, ...]
+
+
+def hold(
+    rig: Rig,
+    takes: Performance | Iterable[Performance] | None = None,
+    lids: bool = True,
+    folds: int = 0,
+) -> Held:
+    """Add correctives to a rig where its shapes do not fit together.
+
+    What is there already is kept and never doubled: to hold a rig that is held adds nothing.
+
+    Args:
+        rig: The rig; it stays as it is.
+        takes: Recorded weights that the correctives are fitted to, beside combinations of
+            sliders drawn at random.
+        lids: Let lids meet that several sliders shut together: two correctives an eye, 0 as long as
+            the eye is open.
+        folds: Most correctives against folds of the skin.
+
+    Returns:
+        The rig, and what was added.
+
+    Raises:
+        ParameterError: No rig, a take that is none, or nothing that could be held.
+    """
+    if not isinstance(rig, Rig):
+        raise ParameterError(f"what is held is a Rig, found {type(rig).__name__}")
+    most = as_number(folds, "the number of folds", least=0)
+    given = [takes] if isinstance(takes, Performance) else list(takes or [])
+    for take in given:
+        if not isinstance(take, Performance):
+            raise ParameterError(f"takes are performances, found {type(take).__name__}")
+    rows: list[Correction] = []
+
+    def add(found: Iterator[tuple[Correction, Morph | None]]) -> None:
+        nonlocal rig
+        for row, morph in found:
+            rows.append(row)
+            if morph is not None:
+                law = Corrective(row.drivers, row.law, row.numbers)
+                rig = with_morph(rig, row.name, morph, law)
+
+    # Correctives that are added drive nothing, so the sliders and their weights stay.
+    weights = [slider_weights(rig, take, clip=False) for take in given]
+    table = np.concatenate(weights) if weights else None
+    if lids:
+        add(lid_corrections(rig, table))
+    if most:
+        raise NotImplementedError  # elastomorph.holding.folds goes here, given the rig so far
+    return Held(rig, tuple(rows))
