@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,7 @@ import elastomorph as em
 from elastomorph.io.blend_shapes import curve_to_json
 from elastomorph.io.gltf.morph_targets import MorphTargets
 from elastomorph.io.gltf.rig_extras import rig_extras
+from elastomorph.rig.laws import LAWS
 
 FOLDER = Path(__file__).parent / "vectors"
 VERTICES = 4
@@ -35,6 +36,7 @@ VALUES = (-1.5, -0.25, 0.0, 1e-12, 0.125, 0.3, 0.5, 0.77, 1 - 1e-12, 1.0, 1.25, 
 BEAM = em.BendCurve.polynomial([0, 1, -1])
 CUBIC = em.BendCurve.power(3)
 TENT = em.BendCurve([0, 0.25, 1], [[0, 4], [1, -4 / 3]])
+PAIR = {"name": "pair", "drivers": ["a", "b"]}
 STEPS = em.BendCurve([0, 0.25, 0.5, 0.75, 1], [[0], [0.75], [-0.5], [0]])
 
 
@@ -44,6 +46,7 @@ class Bent:
 
     bends: Sequence[em.BendCurve] = ()
     fold: em.BendCurve | None = None
+    whole: bool = True  # False of a pair bend, which has no target
 
 
 @dataclass(frozen=True)
@@ -53,7 +56,7 @@ class Vector:
     about: str
     morphs: Mapping[str, Bent]
     poses: Sequence[Mapping[str, float]]
-    correctives: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    correctives: Mapping[str, Sequence[str] | em.Corrective] = field(default_factory=dict)
     groups: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
 
@@ -157,7 +160,114 @@ def all_vectors() -> dict[str, dict[str, Any]]:
         "beside": _beside(
             _content(Vector("Curves in a file beside: those of a mesh.", three, _each("abc")), rng)
         ),
+        "laws": _content(_laws(three), rng),
+        "pairs": _content(_pairs(three), rng),
+        "together": _numbered(
+            _content(_together(three), rng), kept=("a.bend1", "folded", "a_b.bend2")
+        ),
+        "earlier": _earlier(
+            _content(
+                Vector(
+                    "Version 2: laws are passed over, a corrective is the product of its drivers.",
+                    three | {"ab": Bent([TENT]), "cba": Bent([BEAM], CUBIC)},
+                    _each("abc"),
+                    {"ab": ("a", "b"), "cba": ("c", "b", "a")},
+                ),
+                rng,
+            )
+        ),
     }
+
+
+def _laws(three: Mapping[str, Bent]) -> Vector:
+    """Every law: of two drivers and of three in another order, of one, of one twice, of its own."""
+    numbers = {
+        "hinge": lambda count: (1.25, 0.75, -0.5)[:count],
+        "softmin": lambda count: (0.5, 4.0, 64.0)[count - 1 : count],
+    }
+    driven = {}
+    for law in LAWS:
+        name = f"{law} of its own"
+        for drivers in (("a", "b"), ("c", "b", "a"), ("b",), ("a", "a"), ("b", name)):
+            own = numbers.get(law, lambda _: ())(len(drivers))
+            title = name if name in drivers else f"{law} {' '.join(drivers)}"
+            driven[title] = em.Corrective(drivers, law, own)
+    alone = [name for name in driven if name.endswith("own")]
+    poses = [
+        dict(zip("abc", row, strict=True)) | dict.fromkeys(alone, own)
+        for row, own in (
+            ((0.25, 0.75, 0.5), 0.5),
+            ((0.75, 0.25, 0.5), 1.0),
+            ((0.5, 0.5, 0.5), 0.5),  # ties
+            ((0.5, 0.25, 0.25), 0.25),
+            ((1.0, 1.0, 1.0), 1.0),
+            ((0.5, 0.5, 0.0), 0.8),  # where the hinge of a and b begins, 1.25 a + 0.75 b = 1
+            ((0.8, 0.0, 1.0), -1.0),
+            ((0.5, 0.5 - 2**-30, 0.25), 1e-12),
+            ((0.5, 0.5 + 2**-30, 0.25), 1e-300),
+            ((0.0, 0.75, 1.0), 0.0),
+            ((1e-12, 1.0, 1e-300), 1.0),
+            ((-0.25, 0.75, 1.0), 0.5),
+            ((-0.25, -0.75, -1.0), -0.5),
+            ((1.25, 0.75, 1.5), 0.5),
+            ((1.25, 3.0, 1.5), 1.25),
+            ((1.0, 1.5, 0.0), 2.0),
+            ((1.5, -0.5, 0.5), 1.25),
+            ((-1.5, 2.0, -0.25), 0.75),
+        )
+    ]
+    return Vector(
+        "Version 3, laws of correctives: at ties and where they have kinks, below 0 and above 1.",
+        {**three, **{name: Bent([CUBIC]) for name in driven}},
+        [*poses, *_each([*"abc", *alone]), {}],
+        driven,
+    )
+
+
+def _pairs(three: Mapping[str, Bent]) -> Vector:
+    """Pair bends, which have no target, before and after their drivers."""
+    pairs = {
+        "b_c": em.Corrective(("b", "c"), "min"),
+        "a_b": em.Corrective(("a", "b"), "min"),
+        "c_a": em.Corrective(("c", "a"), "hinge", (1.5, 0.75)),
+        "product": em.Corrective(("b", "a", "c")),
+        "shape": em.Corrective(("a", "b"), "softmin", (8.0,)),
+    }
+    curves: dict[str, list[em.BendCurve]] = {
+        "b_c": [BEAM],
+        "a_b": [CUBIC, TENT, BEAM],
+        "c_a": [TENT],
+        "product": [CUBIC, BEAM],
+    }
+    bent = {name: Bent(own, whole=False) for name, own in curves.items()}
+    grid = [(a, b) for a in (-0.25, 0.0, 0.3, 0.5, 1.0, 1.25) for b in (0.0, 0.5, 0.77, 1.0)]
+    return Vector(
+        "Version 3, pair bends: morphs that are driven by others, with bends and no target.",
+        {"b_c": bent.pop("b_c"), **three, **bent, "shape": Bent()},
+        [*({"a": a, "b": b, "c": 0.75} for a, b in grid), *_each("abc")],
+        pairs,
+    )
+
+
+def _together(three: Mapping[str, Bent]) -> Vector:
+    """Laws, pair bends and folds of a mesh whose targets share their names."""
+    return Vector(
+        "Version 3: laws, a pair bend, a fold, and targets that are told by their numbers.",
+        three
+        | {
+            "folded": Bent([BEAM], TENT),
+            "a_b": Bent([CUBIC, BEAM], whole=False),
+            "lid": Bent([TENT], CUBIC),
+        },
+        [
+            *_each(["a", "b", "c", "folded"]),
+            *({"a": a / 4, "b": b / 4, "folded": a * b / 16} for a in range(6) for b in range(6)),
+        ],
+        {
+            "a_b": em.Corrective(("b", "a"), "min"),
+            "lid": em.Corrective(("a", "folded", "c"), "hinge", (0.75, 0.5, 0.25)),
+        },
+    )
 
 
 def _each(names: Sequence[str], values: Sequence[float] = VALUES) -> list[dict[str, float]]:
@@ -203,7 +313,8 @@ def _content(vector: Vector, rng: np.random.Generator) -> dict[str, Any]:
     neutral = em.Mesh(_fractions(rng, VERTICES, 3), [[0, 1, 2], [0, 2, 3]])
     stored, whole = {}, {}
     for name, bent in vector.morphs.items():
-        target = neutral.with_vertices(neutral.vertices + _fractions(rng, VERTICES, 3))
+        moved = _fractions(rng, VERTICES, 3) if bent.whole else 0.0
+        target = neutral.with_vertices(neutral.vertices + moved)
         bends = _fractions(rng, len(bent.bends), VERTICES, 3)
         stored[name] = whole[name] = em.Morph(neutral, target, bends, tuple(bent.bends))
         if bent.fold is not None:
@@ -215,9 +326,13 @@ def _content(vector: Vector, rng: np.random.Generator) -> dict[str, Any]:
     described = rig_extras(rig, targets, range(len(targets.names)))
     for entry, bent in zip(described["morphs"], vector.morphs.values(), strict=True):
         if bent.fold is not None:
-            described["version"] = 2
+            described["version"] = max(2, described["version"])
             entry["fold"] = curve_to_json(bent.fold)
-    shapes = [shape for m in stored.values() for shape in (m.delta, *m.bends)]
+    shapes = [
+        shape
+        for bent, m in zip(vector.morphs.values(), stored.values(), strict=True)
+        for shape in (*([m.delta] if bent.whole else []), *m.bends)
+    ]
     return {
         "about": vector.about,
         "extras": {"targetNames": list(targets.names), "elastomorph": described},
@@ -233,7 +348,7 @@ def _pose(vector: Vector, rig: em.Rig, sliders: Mapping[str, float]) -> dict[str
     driven = rig.sliders.drive(rig.sliders.row(known)[None])[0]
     weights: list[float] = []
     for t, bent in zip(driven.tolist(), vector.morphs.values(), strict=True):
-        weights.append(t + (bent.fold.at(t) if bent.fold else 0.0))
+        weights += [t + (bent.fold.at(t) if bent.fold else 0.0)] if bent.whole else []
         weights += [curve.at(t) for curve in bent.bends]
     return {
         "sliders": dict(sliders),
@@ -270,7 +385,17 @@ def _beside(vector: dict[str, Any]) -> dict[str, Any]:
     return vector | {"curves": curves, "mesh": "head"}
 
 
-def _numbered(vector: dict[str, Any]) -> dict[str, Any]:
+def _earlier(vector: dict[str, Any]) -> dict[str, Any]:
+    """The same with laws, which version 2 does not know."""
+    first, last = vector["extras"]["elastomorph"]["correctives"]
+    first |= {"law": "hinge", "gains": [2.0, 1.0]}
+    last |= {"law": "min"}
+    return vector
+
+
+def _numbered(
+    vector: dict[str, Any], kept: Collection[str] = ("a.bend1", "folded")
+) -> dict[str, Any]:
     """The same, with names for its targets that several have, and numbers that tell them apart.
 
     Of two targets the numbers are another's, as where a program has put them in another order: they
@@ -280,7 +405,7 @@ def _numbered(vector: dict[str, Any]) -> dict[str, Any]:
     described, names = extras["elastomorph"], extras["targetNames"]
     described["version"] = 3
     entries = [own for morph in described["morphs"] for own in (morph, *morph["bends"])]
-    kept = {"a.bend1", "folded"}
+    entries = [own for own in entries if "target" in own]
     for own in entries:
         own["index"] = names.index(own["target"])
     for own in entries:
@@ -307,6 +432,14 @@ def refused() -> list[dict[str, Any]]:
 
     def driven(why: str, *correctives: Any) -> dict[str, Any]:
         return entry(why, correctives=list(correctives))
+
+    def lawful(why: str, **more: Any) -> dict[str, Any]:
+        own = {"name": "c", "drivers": ["a", "b"], **more}
+        return entry(why, version=3, correctives=[own])
+
+    def paired(why: str, version: int, *correctives: Any, **more: Any) -> dict[str, Any]:
+        pair = {"name": "pair", "bends": [{"target": "c", "curve": curve}], **more}
+        return entry(why, version=version, morphs=[morph, pair], correctives=list(correctives))
 
     return [
         entry("a version that is not known yet", version=4),
@@ -381,6 +514,36 @@ def refused() -> list[dict[str, Any]]:
             {"name": "b", "drivers": ["a", "b"]},
             {"name": "c", "drivers": ["b"]},
         ),
+        lawful("a law that is not known", law="mean"),
+        lawful("a law in capitals", law="Min"),
+        lawful("a law that is null", law=None),
+        lawful("a law that is a number", law=1),
+        lawful("a hinge without gains", law="hinge"),
+        lawful("gains for fewer drivers", law="hinge", gains=[1]),
+        lawful("gains for more drivers", law="hinge", gains=[1, 1, 1]),
+        lawful("gains that are one number", law="hinge", gains=1),
+        lawful("a gain that is null", law="hinge", gains=[1, None]),
+        lawful("a gain that is a text", law="hinge", gains=[1, "1"]),
+        lawful("gains that are null", law="hinge", gains=None),
+        lawful("a softmin without sharpness", law="softmin"),
+        lawful("a sharpness of 0", law="softmin", sharpness=0),
+        lawful("a sharpness below 0", law="softmin", sharpness=-4),
+        lawful("a sharpness that is a text", law="softmin", sharpness="4"),
+        lawful("a sharpness that is a list", law="softmin", sharpness=[4]),
+        lawful("a sharpness of true", law="softmin", sharpness=True),
+        lawful("a sharpness that is null", law="softmin", sharpness=None),
+        lawful("gains of a product", gains=[1, 1]),
+        lawful("gains of min", law="min", gains=[1, 1]),
+        lawful("a sharpness of hinge", law="hinge", gains=[1, 1], sharpness=4),
+        lawful("a sharpness of min that is null", law="min", sharpness=None),
+        lawful("a law without drivers", law="min", drivers=[]),
+        *(
+            paired(f"a pair bend in version {version}", version, PAIR | law)
+            for version, law in ((1, {}), (2, {"law": "min"}))
+        ),
+        paired("a pair bend with a slider", 3),
+        paired("a pair bend that is its own driver", 3, PAIR | {"drivers": ["a", "pair"]}),
+        paired("a pair bend whose target is null", 3, PAIR | {"law": "min"}, target=None),
     ]
 
 

@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <locale>
 #include <map>
@@ -69,12 +70,19 @@ struct Morph {
     Target target;
     std::vector<Bend> bends = {};
     std::optional<Curve> fold = std::nullopt;
+    bool whole = true;  // false of a pair bend, which has bends and no target
 };
 
-/// A morph whose weight is the product of several sliders.
+/// How the weight of a corrective comes of those of its drivers.
+enum class Law { product, min, softmin, hinge, all_mul, ext_mul, mul_avg_ext, mul_avg_all };
+
+/// A morph that several sliders drive.
 struct Corrective {
     std::string name;
     std::vector<std::string> drivers;
+    Law law = Law::product;
+    std::vector<double> gains = {};  // of hinge, one a driver
+    double sharpness = 0;            // of softmin, above 0
 };
 
 /// What is said of a mesh. Targets that no morph names are straight paths of their own.
@@ -118,39 +126,74 @@ public:
     template <class Real>
     void weights(const Real* values, Real* out) const {
         for (const Path& path : paths_) {
-            double t = 1;
-            for (std::size_t d = 0; d < path.drivers; ++d) {
-                const double value = values[drivers_[path.first_driver + d]];
-                t *= std::isfinite(value) ? value : 0;
-            }
-            for (std::size_t b = 0; b < path.laws; ++b) {
-                const Law& law = laws_[path.first_law + b];
-                out[law.target] = static_cast<Real>((law.from_t ? t : 0) + at(law, t));
+            const double t = time(path, values);
+            for (std::size_t b = 0; b < path.weighings; ++b) {
+                const Weighing& own = weighings_[path.first_weighing + b];
+                out[own.target] = static_cast<Real>((own.from_t ? t : 0) + at(own, t));
             }
         }
     }
 
 private:
     /// The weight of a target: t, if from_t, and a curve, if it has pieces.
-    struct Law {
+    struct Weighing {
         std::size_t target, first, pieces, terms;
         double start_slope, end_slope;
         bool from_t;
     };
+    struct Driver {
+        std::size_t slider;
+        double gain;  // 1 but of a hinge
+    };
     struct Path {
-        std::size_t first_driver, drivers, first_law, laws;
+        std::size_t first_driver, drivers, first_weighing, weighings;
+        Law law;
+        double sharpness;
     };
 
-    double at(const Law& law, double t) const {
-        if (law.pieces == 0) return 0;
-        if (t <= 0) return law.start_slope * t;
-        if (t >= 1) return law.end_slope * (t - 1);
-        const double* breaks = breaks_.data() + law.first;
-        const auto later = std::upper_bound(breaks, breaks + law.pieces, t);
+    template <class Real>
+    double time(const Path& path, const Real* values) const {
+        const Driver* first = drivers_.data() + path.first_driver;
+        const Driver* last = first + path.drivers;
+        const auto count = static_cast<double>(path.drivers);
+        const bool clamped = path.law >= Law::all_mul;
+        double product = 1, sum = 0, low = std::numeric_limits<double>::max(), high = 0;
+        for (const Driver* own = first; own != last; ++own) {
+            const double value = values[own->slider];
+            const double finite = std::isfinite(value) ? value : 0;
+            const double w = clamped ? std::min(finite, 1.0) : finite;
+            product *= w;
+            sum += own->gain * w;
+            low = std::min(low, w);
+            high = std::max(high, w);
+        }
+        if (path.law == Law::product) return product;
+        if (path.law == Law::hinge) return std::max(0.0, sum - 1);
+        if (low <= 0) return 0;
+        double mean = 0;  // of powers relative to the least, so that none overflows
+        switch (path.law) {
+            case Law::min: return low;
+            case Law::ext_mul: return low * high;
+            case Law::mul_avg_ext: return 2 * low * high / (low + high);
+            case Law::mul_avg_all: return count * product / sum;
+            case Law::softmin:
+                for (const Driver* own = first; own != last; ++own)
+                    mean += std::pow(low / static_cast<double>(values[own->slider]), path.sharpness);
+                return low * std::pow(mean / count, -1 / path.sharpness);
+            default: return product;
+        }
+    }
+
+    double at(const Weighing& own, double t) const {
+        if (own.pieces == 0) return 0;
+        if (t <= 0) return own.start_slope * t;
+        if (t >= 1) return own.end_slope * (t - 1);
+        const double* breaks = breaks_.data() + own.first;
+        const auto later = std::upper_bound(breaks, breaks + own.pieces, t);
         const auto piece = static_cast<std::size_t>(later - breaks) - 1;
-        const double* terms = terms_.data() + rows_[law.first + piece];
+        const double* terms = terms_.data() + rows_[own.first + piece];
         double sum = 0;
-        for (std::size_t n = law.terms; n-- > 0;) sum = sum * (t - breaks[piece]) + terms[n];
+        for (std::size_t n = own.terms; n-- > 0;) sum = sum * (t - breaks[piece]) + terms[n];
         return sum;
     }
 
@@ -167,14 +210,14 @@ private:
 
     std::vector<std::string> sliders_, targets_;
     std::vector<Path> paths_;
-    std::vector<std::size_t> drivers_;
-    std::vector<Law> laws_;
+    std::vector<Driver> drivers_;
+    std::vector<Weighing> weighings_;
     std::vector<double> breaks_, terms_;  // of all curves, one after another; a break a piece
     std::vector<std::size_t> rows_;       // where the terms of each piece begin
 };
 
 inline bool Bender::add(std::size_t target, bool from_t, const Curve* curve) {
-    Law law{target, breaks_.size(), 0, 0, 0, 0, from_t};
+    Weighing own{target, breaks_.size(), 0, 0, 0, 0, from_t};
     if (curve) {
         const auto& [breaks, rows] = *curve;
         if (rows.empty() || breaks.size() != rows.size() + 1) return false;
@@ -191,19 +234,19 @@ inline bool Bender::add(std::size_t target, bool from_t, const Curve* curve) {
             rows_.push_back(terms_.size());
             terms_.insert(terms_.end(), rows[i].begin(), rows[i].end());
         }
-        law.pieces = rows.size();
-        law.terms = rows[0].size();
-        law.start_slope = law.terms > 1 ? rows[0][1] : 0;
+        own.pieces = rows.size();
+        own.terms = rows[0].size();
+        own.start_slope = own.terms > 1 ? rows[0][1] : 0;
         const double width = 1 - breaks[rows.size() - 1];
         double end = 0;
-        for (std::size_t n = law.terms; n-- > 0;) {
+        for (std::size_t n = own.terms; n-- > 0;) {
             end = end * width + rows.back()[n];
             if (n == 0) break;
-            law.end_slope = law.end_slope * width + static_cast<double>(n) * rows.back()[n];
+            own.end_slope = own.end_slope * width + static_cast<double>(n) * rows.back()[n];
         }
         if (!(std::max(std::abs(rows[0][0]), std::abs(end)) <= 1e-9 * largest)) return false;
     }
-    laws_.push_back(law);
+    weighings_.push_back(own);
     return true;
 }
 
@@ -217,7 +260,7 @@ inline std::optional<Bender> Bender::from(const Description& described, std::str
     std::vector<bool> used(described.targets.size());
     std::vector<Morph> morphs = described.morphs;
     for (Morph& morph : morphs)
-        for (std::size_t b = 0; b <= morph.bends.size(); ++b) {
+        for (std::size_t b = morph.whole ? 0 : 1; b <= morph.bends.size(); ++b) {
             Target& target = b == 0 ? morph.target : morph.bends[b - 1].target;
             target.index = made.number_of(target);
             if (target.index == used.size() || used[target.index])
@@ -235,6 +278,11 @@ inline std::optional<Bender> Bender::from(const Description& described, std::str
         if (!names.count(own.name) || !correctives.emplace(own.name, &own).second)
             return refuse("corrective " + own.name + " is no morph, or given twice");
         if (own.drivers.empty()) return refuse("corrective " + own.name + " has no drivers");
+        const auto finite = [](double number) { return std::isfinite(number); };
+        if (own.gains.size() != (own.law == Law::hinge ? own.drivers.size() : 0) ||
+            !std::all_of(own.gains.begin(), own.gains.end(), finite) ||
+            (own.law == Law::softmin && !(finite(own.sharpness) && own.sharpness > 0)))
+            return refuse("the numbers of the law of " + own.name + " do not fit");
     }
     std::map<std::string, std::size_t> column;
     for (const Morph& morph : morphs) {
@@ -243,22 +291,25 @@ inline std::optional<Bender> Bender::from(const Description& described, std::str
             return std::count(own.drivers.begin(), own.drivers.end(), own.name) > 0;
         };
         if (found != correctives.end() && !drives(*found->second)) continue;
+        if (!morph.whole) return refuse(morph.name + " has a slider and no target");
         column.emplace(morph.name, made.sliders_.size());
         made.sliders_.push_back(morph.name);
     }
     for (const Morph& morph : morphs) {
-        Path path{made.drivers_.size(), 0, made.laws_.size(), 1 + morph.bends.size()};
+        const std::size_t first = morph.whole ? 0 : 1;
         const auto found = correctives.find(morph.name);
-        const std::vector<std::string> alone{morph.name};
-        for (const auto& driver : found == correctives.end() ? alone : found->second->drivers) {
+        const Corrective alone{morph.name, {morph.name}};
+        const Corrective& driven = found == correctives.end() ? alone : *found->second;
+        made.paths_.push_back({made.drivers_.size(), driven.drivers.size(), made.weighings_.size(),
+                               1 - first + morph.bends.size(), driven.law, driven.sharpness});
+        for (std::size_t d = 0; d < driven.drivers.size(); ++d) {
+            const std::string& driver = driven.drivers[d];
             const auto slider = column.find(driver);
             if (slider == column.end() || (driver != morph.name && correctives.count(driver)))
                 return refuse("driver " + driver + " of " + morph.name + " is no slider");
-            made.drivers_.push_back(slider->second);
-            ++path.drivers;
+            made.drivers_.push_back({slider->second, driven.gains.empty() ? 1 : driven.gains[d]});
         }
-        made.paths_.push_back(path);
-        for (std::size_t b = 0; b <= morph.bends.size(); ++b) {
+        for (std::size_t b = first; b <= morph.bends.size(); ++b) {
             const Curve* fold = morph.fold ? &*morph.fold : nullptr;
             const Target& target = b == 0 ? morph.target : morph.bends[b - 1].target;
             if (!made.add(target.index, b == 0, b == 0 ? fold : &morph.bends[b - 1].curve))
@@ -327,7 +378,9 @@ inline bool target(const Json& json, double version, Target& out) {
 
 inline bool morph(const Json& json, double version, Morph& out) {
     std::vector<const Json*> bends;
-    if (!text(json, "name", out.name) || !target(json, version, out.target)) return false;
+    out.whole = version < 3 || json.get("target");
+    if (!text(json, "name", out.name)) return false;
+    if (out.whole && !target(json, version, out.target)) return false;
     if (!entries(json, "bends", bends)) return false;
     for (const Json* bend : bends) {
         auto& own = out.bends.emplace_back();
@@ -336,6 +389,24 @@ inline bool morph(const Json& json, double version, Morph& out) {
     }
     const Json* fold = json.get("fold");
     return version < 2 || !fold || curve(fold, out.fold.emplace());
+}
+
+inline bool corrective(const Json& json, double version, Corrective& out) {
+    if (!text(json, "name", out.name) || !texts(json.get("drivers"), out.drivers)) return false;
+    if (version < 3) return true;
+    static constexpr std::string_view names[] = {"product", "min",    "softmin",   "hinge",
+                                                 "allMul",  "extMul", "mulAvgExt", "mulAvgAll"};
+    std::string law = "product";
+    if (json.get("law") && !text(json, "law", law)) return false;
+    const auto found = std::find(std::begin(names), std::end(names), law);
+    if (found == std::end(names)) return false;
+    out.law = static_cast<Law>(found - std::begin(names));
+    const Json* gains = json.get("gains");
+    const Json* sharpness = json.get("sharpness");
+    if ((gains != nullptr) != (out.law == Law::hinge)) return false;
+    if ((sharpness != nullptr) != (out.law == Law::softmin)) return false;
+    if (sharpness) out.sharpness = sharpness->number;  // 0 where it is none
+    return !gains || numbers(gains, out.gains);
 }
 
 /// Reads JSON. Where `failed`, the rest is not looked at.
@@ -504,11 +575,9 @@ inline std::optional<Description> describe(const Json& extras, std::string& prob
             return refuse("a morph is damaged");
     if (!detail::entries(*own, "correctives", correctives))
         return refuse("the correctives are no list");
-    for (const Json* entry : correctives) {
-        auto& [name, drivers] = made.correctives.emplace_back();
-        if (!detail::text(*entry, "name", name) || !detail::texts(entry->get("drivers"), drivers))
+    for (const Json* entry : correctives)
+        if (!detail::corrective(*entry, number, made.correctives.emplace_back()))
             return refuse("a corrective is damaged");
-    }
     return made;
 }
 

@@ -100,23 +100,95 @@ namespace Elastomorph
     public sealed class Morph
     {
         public string Name;
-        public Target Target;
+        public Target? Target; // null of a pair bend, which has bends alone
         public readonly List<Target> Bends = new List<Target>();
 
-        internal IEnumerable<Target> Targets { get { return new[] { Target }.Concat(Bends); } }
+        internal IEnumerable<Target> Targets
+        {
+            get { return Target.HasValue ? new[] { Target.Value }.Concat(Bends) : Bends; }
+        }
+    }
+
+    /// <summary>How the weight of a corrective comes of those of its drivers.</summary>
+    public enum Law { Product, Min, Softmin, Hinge, AllMul, ExtMul, MulAvgExt, MulAvgAll }
+
+    /// <summary>The drivers of a morph that several sliders drive, and their law.</summary>
+    public sealed class Corrective
+    {
+        public readonly List<string> Drivers = new List<string>();
+        public Law Law;
+        public double[] Gains = new double[0]; // of a hinge, one a driver
+        public double Sharpness; // of softmin, above 0
+
+        internal void Check(string name)
+        {
+            ElastomorphException.Unless(Drivers.Count > 0, "a corrective has no drivers: " + name);
+            ElastomorphException.Unless(
+                Gains.Length == (Law == Law.Hinge ? Drivers.Count : 0)
+                    && Gains.All(gain => !double.IsNaN(gain) && !double.IsInfinity(gain))
+                    && (Law != Law.Softmin || (Sharpness > 0 && !double.IsInfinity(Sharpness))),
+                "the numbers of a law do not fit: " + name);
+        }
+
+        /// <summary>The weight, from the values of the sliders of these numbers.</summary>
+        internal double Weight(int[] drivers, Values values)
+        {
+            double product = 1, sum = 0, low = double.MaxValue, high = 0;
+            for (var d = 0; d < drivers.Length; d++)
+            {
+                var value = values.Of(drivers[d]);
+                if (Law >= Law.AllMul) value = Math.Min(value, 1);
+                product *= value;
+                sum += Law == Law.Hinge ? Gains[d] * value : value;
+                low = Math.Min(low, value);
+                high = Math.Max(high, value);
+            }
+            if (Law == Law.Product) return product;
+            if (Law == Law.Hinge) return sum > 1 ? sum - 1 : 0;
+            if (low <= 0) return 0;
+            var mean = 0.0; // of powers relative to the least, so that none overflows
+            switch (Law)
+            {
+                case Law.Min: return low;
+                case Law.ExtMul: return low * high;
+                case Law.MulAvgExt: return 2 * low * high / (low + high);
+                case Law.MulAvgAll: return drivers.Length * product / sum;
+                case Law.Softmin:
+                    foreach (var slider in drivers) mean += Math.Pow(low / values.Of(slider), Sharpness);
+                    return low * Math.Pow(mean / drivers.Length, -1 / Sharpness);
+                default: return product;
+            }
+        }
+    }
+
+    /// <summary>Values of sliders in one precision or the other; those that are not there are 0.</summary>
+    internal struct Values
+    {
+        public double[] Doubles;
+        public float[] Singles;
+
+        public double Of(int slider)
+        {
+            if (slider >= (Doubles == null ? Singles.Length : Doubles.Length)) return 0;
+            var value = Doubles == null ? Singles[slider] : Doubles[slider];
+            return double.IsNaN(value) || double.IsInfinity(value) ? 0 : value;
+        }
     }
 
     /// <summary>
-    /// What is said of a mesh. Targets that no morph names are straight paths of their own; the
-    /// weight of a corrective is the product of its drivers'.
+    /// What is said of a mesh. Targets that no morph names are straight paths of their own.
     /// </summary>
     public sealed class Description
     {
         private const int Newest = 3;
+        private static readonly string[] Laws =
+        {
+            "product", "min", "softmin", "hinge", "allMul", "extMul", "mulAvgExt", "mulAvgAll"
+        };
 
         public readonly List<string> Targets = new List<string>();
         public readonly List<Morph> Morphs = new List<Morph>();
-        public readonly Dictionary<string, List<string>> Correctives = new Dictionary<string, List<string>>();
+        public readonly Dictionary<string, Corrective> Correctives = new Dictionary<string, Corrective>();
 
         /// <summary>The description in the extras of a mesh, which `Json.Read` read.</summary>
         public static Description From(object extras)
@@ -131,7 +203,8 @@ namespace Elastomorph
             foreach (var entry in Entries(own, "morphs"))
             {
                 var fold = version > 1 && Has(entry, "fold") ? ReadCurve(Key(entry, "fold")) : null;
-                var morph = new Morph { Name = Text(Key(entry, "name")), Target = ReadTarget(entry, version, fold) };
+                var morph = new Morph { Name = Text(Key(entry, "name")) };
+                if (version < 3 || Has(entry, "target")) morph.Target = ReadTarget(entry, version, fold);
                 foreach (var bend in Entries(entry, "bends"))
                     morph.Bends.Add(ReadTarget(bend, version, ReadCurve(Key(bend, "curve"))));
                 made.Morphs.Add(morph);
@@ -140,7 +213,7 @@ namespace Elastomorph
             {
                 var name = Text(Key(entry, "name"));
                 ElastomorphException.Unless(!made.Correctives.ContainsKey(name), "a corrective twice: " + name);
-                made.Correctives.Add(name, Texts(Key(entry, "drivers")));
+                made.Correctives.Add(name, ReadCorrective(entry, version));
             }
             return made;
         }
@@ -167,6 +240,26 @@ namespace Elastomorph
                 Index = index >= 0 && index < int.MaxValue && index % 1 == 0 ? (int?)index : null,
                 Curve = curve
             };
+        }
+
+        private static Corrective ReadCorrective(object json, double version)
+        {
+            var made = new Corrective();
+            made.Drivers.AddRange(Texts(Key(json, "drivers")));
+            if (version < 3) return made;
+            if (Has(json, "law"))
+            {
+                var law = Text(Key(json, "law"));
+                made.Law = (Law)Array.FindIndex(Laws, own => own == law);
+                ElastomorphException.Unless(made.Law >= 0, "a law is not known: " + law);
+            }
+            ElastomorphException.Unless(
+                Has(json, "gains") == (made.Law == Law.Hinge)
+                    && Has(json, "sharpness") == (made.Law == Law.Softmin),
+                "a law lacks its numbers, or has those of another");
+            if (Has(json, "gains")) made.Gains = Numbers(Key(json, "gains"));
+            made.Sharpness = Key(json, "sharpness") as double? ?? 0;
+            return made;
         }
 
         private static Curve ReadCurve(object json)
@@ -222,8 +315,10 @@ namespace Elastomorph
     {
         private readonly string[] sliders, targets;
         private readonly int[][] drivers; // of each morph, numbers of sliders
+        private readonly Corrective[] laws; // of each morph, how its weight comes of theirs
         private readonly int[][] places; // of each morph, its target and those of its bends
         private readonly Curve[][] curves; // likewise; the first is a fold, or null
+        private readonly bool[] whole; // of each morph, whether its first target has its whole displacement
 
         public Bender(Description described)
         {
@@ -233,7 +328,7 @@ namespace Elastomorph
             var taken = morphs.Select(m => m.Targets.Select(target => Take(free, target)).ToArray()).ToList();
             foreach (var place in free.OrderBy(number => number))
             {
-                morphs.Add(new Morph { Name = targets[place] });
+                morphs.Add(new Morph { Name = targets[place], Target = new Target() });
                 taken.Add(new[] { place });
             }
             places = taken.ToArray();
@@ -244,15 +339,22 @@ namespace Elastomorph
             foreach (var own in correctives)
             {
                 ElastomorphException.Unless(names.Contains(own.Key), "a corrective is no morph: " + own.Key);
-                ElastomorphException.Unless(own.Value.Count > 0, "a corrective has no drivers: " + own.Key);
-                foreach (var driver in own.Value)
+                own.Value.Check(own.Key);
+                foreach (var driver in own.Value.Drivers)
                     ElastomorphException.Unless(
                         names.Contains(driver) && (driver == own.Key || !correctives.ContainsKey(driver)),
                         "a driver of " + own.Key + " is no slider of its own: " + driver);
             }
             Func<string, List<string>> driversOf = name =>
-                correctives.ContainsKey(name) ? correctives[name] : new List<string> { name };
+                correctives.ContainsKey(name) ? correctives[name].Drivers : new List<string> { name };
             sliders = morphs.Select(m => m.Name).Where(name => driversOf(name).Contains(name)).ToArray();
+            whole = morphs.Select(m => m.Target.HasValue).ToArray();
+            foreach (var morph in morphs)
+                ElastomorphException.Unless(
+                    morph.Target.HasValue || !driversOf(morph.Name).Contains(morph.Name),
+                    "a slider has no target: " + morph.Name);
+            var alone = new Corrective();
+            laws = morphs.Select(m => correctives.ContainsKey(m.Name) ? correctives[m.Name] : alone).ToArray();
             var column = new Dictionary<string, int>(StringComparer.Ordinal);
             foreach (var name in sliders) column.Add(name, column.Count);
             drivers = morphs
@@ -282,10 +384,10 @@ namespace Elastomorph
         /// </summary>
         public void Weights(double[] values, double[] weights)
         {
+            var given = new Values { Doubles = values };
             for (var m = 0; m < places.Length; m++)
             {
-                var t = 1.0;
-                foreach (var slider in drivers[m]) t *= slider < values.Length ? Finite(values[slider]) : 0;
+                var t = laws[m].Weight(drivers[m], given);
                 for (var k = 0; k < places[m].Length; k++)
                     if (places[m][k] < weights.Length) weights[places[m][k]] = Weight(m, k, t);
             }
@@ -294,10 +396,10 @@ namespace Elastomorph
         /// <summary>The same in single precision.</summary>
         public void Weights(float[] values, float[] weights)
         {
+            var given = new Values { Singles = values };
             for (var m = 0; m < places.Length; m++)
             {
-                var t = 1.0;
-                foreach (var slider in drivers[m]) t *= slider < values.Length ? Finite(values[slider]) : 0;
+                var t = laws[m].Weight(drivers[m], given);
                 for (var k = 0; k < places[m].Length; k++)
                     if (places[m][k] < weights.Length) weights[places[m][k]] = (float)Weight(m, k, t);
             }
@@ -306,12 +408,7 @@ namespace Elastomorph
         private double Weight(int morph, int k, double t)
         {
             var curve = curves[morph][k];
-            return (k == 0 ? t : 0) + (curve == null ? 0 : curve.At(t));
-        }
-
-        private static double Finite(double value)
-        {
-            return double.IsNaN(value) || double.IsInfinity(value) ? 0 : value;
+            return (k == 0 && whole[morph] ? t : 0) + (curve == null ? 0 : curve.At(t));
         }
 
         private int Take(HashSet<int> free, Target target)

@@ -7,7 +7,7 @@ export interface Curve {
 /** What a bent file says of a path. */
 export interface DescribedMorph {
   readonly name: string;
-  readonly target: string;
+  readonly target?: string; // a pair bend has none
   readonly index?: number; // of the target, where others of the mesh have its name too
   readonly fold?: Curve;
   readonly bends?: readonly {
@@ -17,13 +17,33 @@ export interface DescribedMorph {
   }[];
 }
 
+/** How the time of a corrective comes of the weights of its drivers. */
+export type Law =
+  | 'product'
+  | 'min'
+  | 'softmin'
+  | 'hinge'
+  | 'allMul'
+  | 'extMul'
+  | 'mulAvgExt'
+  | 'mulAvgAll';
+
+/** What a bent file says of a morph that several sliders drive. */
+export interface DescribedCorrective {
+  readonly name: string;
+  readonly drivers: readonly string[];
+  readonly law?: Law; // product where there is none
+  readonly gains?: readonly number[]; // of hinge, one a driver
+  readonly sharpness?: number; // of softmin, above 0
+}
+
 /** The extras of a glTF mesh. What does not fit is refused when it is read. */
 export interface MeshExtras {
   readonly targetNames?: readonly string[];
   readonly elastomorph?: {
     readonly version: number;
     readonly morphs?: readonly DescribedMorph[];
-    readonly correctives?: readonly { readonly name: string; readonly drivers: readonly string[] }[];
+    readonly correctives?: readonly DescribedCorrective[];
   };
 }
 
@@ -41,13 +61,17 @@ export interface Weighing extends Curve {
   (t: number): number;
 }
 
-/** A path: what its time, the product of its sliders, does to the weights of its targets. */
+/** A path: what its time, which its sliders give by a law, does to the weights of its targets. */
 export interface Path {
   readonly name: string;
-  readonly target: number; // whose weight is t, and the fold of t where there is one
+  /** Whose weight is t, and the fold of t where there is one; null of a pair bend. */
+  readonly target: number | null;
   readonly fold: Weighing | null;
   readonly bends: readonly { readonly target: number; readonly curve: Weighing }[];
   readonly drivers: readonly number[]; // numbers of sliders
+  readonly law: Law;
+  readonly gains?: readonly number[] | undefined; // of hinge
+  readonly sharpness?: readonly [number] | undefined; // of softmin
 }
 
 /** The weights of one mesh: made once, asked in every frame. */
@@ -73,6 +97,12 @@ export class Bender {
 
   /** The values of the sliders in order; one that is not named is 0. */
   values(sliders: Sliders): number[];
+
+  /** The time of each path, from the values of the sliders in order: new numbers. */
+  times(values: ArrayLike<number>): Float64Array;
+
+  /** The same, written into `out`, one a path, without allocation. */
+  times<Out extends Numbers>(values: ArrayLike<number>, out: Out): Out;
 
   /** The weight of each morph target, from the values of the sliders in order: new numbers. */
   weights(values: ArrayLike<number>): Float64Array;

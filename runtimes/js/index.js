@@ -2,9 +2,13 @@
 
 const NEWEST = 3;
 const MOST_TERMS = 256;
+const SIMPLEX = ['allMul', 'extMul', 'mulAvgExt', 'mulAvgAll']; // of drivers up to 1
+const LAWS = ['product', 'min', 'softmin', 'hinge', ...SIMPLEX];
 
 /** The weights of one mesh: made once, asked in every frame. */
 export class Bender {
+  #times;
+
   /**
    * @param extras of a glTF mesh
    * @param targets names of its morph targets in order
@@ -24,7 +28,7 @@ export class Bender {
     };
     const all = list(morphs).map((morph) => ({
       name: morph.name,
-      target: take(morph),
+      target: version > 2 && morph.target === undefined ? null : take(morph),
       fold: version > 1 && morph.fold !== undefined ? curve(morph.fold) : null,
       bends: list(morph.bends).map((bend) => ({ target: take(bend), curve: curve(bend.curve) })),
     }));
@@ -34,20 +38,22 @@ export class Bender {
       names.every((name) => typeof name === 'string') && new Set(names).size === names.length,
       'a name is no text, or given twice',
     );
-    const drivers = driversOf(list(correctives), new Set(names));
+    const driven = drivenBy(list(correctives), new Set(names), version);
     /** Names of the morph targets, in the order of their weights. */
     this.targets = targets;
-    const own = all.filter(({ name }) => drivers.get(name)?.includes(name) ?? true);
+    const own = all.filter(({ name }) => driven.get(name)?.drivers.includes(name) ?? true);
     /** Names of the sliders, in the order of their values. */
     this.sliders = own.map(({ name }) => name);
     /** For each slider, the number of the morph target where programs without this one set it. */
     this.sliderTargets = own.map(({ target }) => target);
+    demand(!this.sliderTargets.includes(null), 'a slider has no target');
     const column = new Map(this.sliders.map((name, i) => [name, i]));
-    /** Each path: numbers of its targets, curves of their weights, and its sliders. */
-    this.morphs = all.map((morph) => ({
-      ...morph,
-      drivers: (drivers.get(morph.name) ?? [morph.name]).map((name) => column.get(name)),
-    }));
+    /** Each path: numbers of its targets, curves of their weights, its sliders and their law. */
+    this.morphs = all.map((morph) => {
+      const { drivers, ...law } = driven.get(morph.name) ?? { drivers: [morph.name], law: 'product' };
+      return { ...morph, ...law, drivers: drivers.map((name) => column.get(name)) };
+    });
+    this.#times = this.times([]);
   }
 
   /** The values of the sliders in order; one that is not named is 0. */
@@ -55,16 +61,46 @@ export class Bender {
     return this.sliders.map((name) => valueOf(sliders, name));
   }
 
+  /** Writes the time of each path into `out`, from the values of the sliders in order. */
+  times(values, out = new Float64Array(this.morphs.length)) {
+    for (let m = 0; m < this.morphs.length; m += 1) {
+      const { drivers, law, gains, sharpness } = this.morphs[m];
+      const count = drivers.length;
+      let t = 1; // product and allMul, until another law says otherwise
+      let sum = 0;
+      let low = Infinity;
+      let high = 0;
+      for (let d = 0; d < count; d += 1) {
+        let w = values[drivers[d]];
+        if (!Number.isFinite(w)) w = 0;
+        if (w > 1 && SIMPLEX.includes(law)) w = 1;
+        t *= w;
+        sum += gains ? gains[d] * w : w;
+        if (w < low) low = w;
+        if (w > high) high = w;
+      }
+      let mean = 0; // of powers relative to the least, so that none overflows
+      if (sharpness)
+        for (let d = 0; d < count; d += 1) mean += (low / values[drivers[d]]) ** sharpness[0] / count;
+      if (gains) t = sum > 1 ? sum - 1 : 0;
+      else if (low <= 0 && law !== 'product') t = 0;
+      else if (sharpness) t = low * mean ** (-1 / sharpness[0]);
+      else if (law === 'min') t = low;
+      else if (law === 'extMul') t = low * high;
+      else if (law === 'mulAvgExt') t = (2 * low * high) / (low + high);
+      else if (law === 'mulAvgAll') t *= count / sum;
+      out[m] = t;
+    }
+    return out;
+  }
+
   /** Writes the weight of each morph target into `out`, from the values of the sliders in order. */
   weights(values, out = new Float64Array(this.targets.length)) {
-    for (let m = 0; m < this.morphs.length; m += 1) {
-      const { target, fold, bends, drivers } = this.morphs[m];
-      let t = 1;
-      for (let d = 0; d < drivers.length; d += 1) {
-        const value = values[drivers[d]];
-        t *= Number.isFinite(value) ? value : 0;
-      }
-      out[target] = fold ? t + fold(t) : t;
+    const times = this.times(values, this.#times);
+    for (let m = 0; m < times.length; m += 1) {
+      const { target, fold, bends } = this.morphs[m];
+      const t = times[m];
+      if (target !== null) out[target] = fold ? t + fold(t) : t;
       for (let k = 0; k < bends.length; k += 1) out[bends[k].target] = bends[k].curve(t);
     }
     return out;
@@ -155,24 +191,29 @@ function described(extras) {
   return stored;
 }
 
-/** Name and drivers of each corrective. */
-function driversOf(correctives, names) {
-  const drivers = new Map();
-  for (const { name, drivers: own } of correctives) {
+/** Of each corrective by its name, drivers and their law. */
+function drivenBy(correctives, names, version) {
+  const driven = new Map();
+  for (const { name, drivers, ...own } of correctives) {
+    demand(names.has(name) && !driven.has(name), `corrective '${name}' is no morph, or given twice`);
     demand(
-      names.has(name) && !drivers.has(name),
-      `corrective '${name}' is no morph, or given twice`,
-    );
-    demand(
-      Array.isArray(own) && own.length > 0 && own.every((driver) => names.has(driver)),
+      Array.isArray(drivers) && drivers.length > 0 && drivers.every((driver) => names.has(driver)),
       `drivers of '${name}' are no morphs`,
     );
-    drivers.set(name, own);
+    const { law = 'product', gains, sharpness } = version > 2 ? own : {};
+    demand(
+      LAWS.includes(law) &&
+        (law === 'hinge' ? numbers(gains) && gains.length === drivers.length : gains === undefined) &&
+        (law === 'softmin' ? Number.isFinite(sharpness) && sharpness > 0 : sharpness === undefined),
+      `law '${law}' does not fit`,
+    );
+    // In a list: a number of an object would be made anew in each frame.
+    driven.set(name, { drivers, law, gains, sharpness: sharpness && [sharpness] });
   }
-  for (const [name, own] of drivers)
-    for (const driver of own)
-      demand(driver === name || !drivers.has(driver), `driver '${driver}' is a corrective`);
-  return drivers;
+  for (const [name, { drivers }] of driven)
+    for (const driver of drivers)
+      demand(driver === name || !driven.has(driver), `driver '${driver}' is a corrective`);
+  return driven;
 }
 
 /** t → b(t): a piecewise polynomial between 0 and 1, straight on along its ends beyond them. */

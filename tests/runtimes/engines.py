@@ -25,7 +25,8 @@ def require_bent(player: str, path: Path, sliders: dict[str, float], folder: Pat
         names, stored = extras["targetNames"], extras.get("elastomorph")
         slider_of = list(names)
         for morph in stored["morphs"] if stored else []:
-            slider_of[place(morph, names)] = morph["name"]
+            if "target" in morph:
+                slider_of[place(morph, names)] = morph["name"]
         set_by_player[number] = np.array([sliders.get(name, 0.0) for name in slider_of])
         asked[number] = bent_weights(stored, names, sliders)
     (found,) = shown(

@@ -152,6 +152,42 @@ test('targets that share a name are told by their numbers', () => {
   for (const refused of [twice, two]) assert.throws(() => new Bender(refused), /missing or used twice/);
 });
 
+test('what several sliders drive is passed over by adapters that read sliders', () => {
+  const morphs = [
+    { name: 'a_b', bends: [{ target: 'a_b.bend1', curve: bump }] }, // no target: a pair bend
+    { name: 'a', target: 'a' },
+    { name: 'b', target: 'b' },
+    { name: 'lid', target: 'lid' },
+  ];
+  const correctives = [
+    { name: 'a_b', drivers: ['a', 'b'], law: 'min' },
+    { name: 'lid', drivers: ['b', 'a'], law: 'hinge', gains: [0.5, 1] },
+  ];
+  const targetNames = ['a', 'b', 'lid', 'a_b.bend1'];
+  const described = { targetNames, elastomorph: { version: 3, morphs, correctives } };
+  const bender = new Bender(described);
+  assert.deepEqual([bender.sliders, bender.sliderTargets], [['a', 'b'], [0, 1]]);
+  assert.deepEqual([...bender.times([1, 0.5])], [0.5, 1, 0.5, 0.25]);
+  const mesh = {
+    userData: described,
+    morphTargetDictionary: Object.fromEntries(targetNames.map((name, i) => [name, i])),
+    morphTargetInfluences: [1, 0.5, 0, 0],
+  };
+  const targets = targetNames.map((name, i) => ({ name, influence: [1, 0.5, 0, 0][i] }));
+  const manager = { numTargets: 4, getTarget: (i) => targets[i] };
+  const other = { metadata: described, morphTargetManager: manager };
+  for (let frame = 0; frame < 3; frame += 1) {
+    bendMesh(mesh);
+    bendBabylon(other);
+  }
+  const expected = [1, 0.5, 0.25, 0.25];
+  assert.deepEqual(mesh.morphTargetInfluences, expected);
+  assert.deepEqual(targets.map(({ influence }) => influence), expected);
+  const earlier = { ...described.elastomorph, version: 2 };
+  for (const stored of [earlier, { ...described.elastomorph, correctives: correctives.slice(1) }])
+    assert.throws(() => new Bender({ targetNames, elastomorph: stored }), /missing|has no target/);
+});
+
 test('curves in a file beside are those of a mesh by name, number or targets', () => {
   const face = { mesh: 3, names: ['Face', 'head'], ...extras };
   const other = { mesh: 4, names: ['Face', '9'], targetNames: ['a'], elastomorph: { version: 1 } };

@@ -10,6 +10,7 @@ from typing import Any
 
 import jsonschema
 import numpy as np
+from numpy.typing import NDArray
 
 import elastomorph as em
 from acceptance.runtime import bent_weights
@@ -56,24 +57,37 @@ def require_conforming(program: list[str]) -> None:
 
 
 def face(*, materials: bool = False) -> em.Rig:
-    """A rig with bends of several kinds of curve, and a corrective; in two materials if asked."""
+    """A rig with bends of several kinds of curve, correctives and a pair bend.
+
+    In two materials if asked, of which the teeth have what jaw and both do.
+    """
     rng = np.random.default_rng(3)
     of_faces = FaceLabels(("skin", "teeth"), np.array([0, 0, 1], np.int32)) if materials else None
     polygons = [[0, 1, 2], [2, 3, 4, 5], [6, 7, 8]]
     neutral = em.Mesh(rng.normal(size=(9, 3)), polygons, materials=of_faces)
     tent = em.BendCurve([0, 0.25, 1], [[0, 4], [1, -4 / 3]])
 
-    def morph(*curves: em.BendCurve, moved: int = 9) -> em.Morph:
-        shifts = rng.normal(size=(1 + len(curves), 9, 3)) * (np.arange(9) < moved)[:, None]
+    def moved(count: int, vertices: int) -> NDArray[np.float64]:
+        return rng.normal(size=(count, 9, 3)) * (np.arange(9) < vertices)[:, None]
+
+    def morph(*curves: em.BendCurve, vertices: int = 9) -> em.Morph:
+        shifts = moved(1 + len(curves), vertices)
         target = neutral.with_vertices(neutral.vertices + shifts[0])
         return em.Morph(neutral, target, shifts[1:], curves)
 
     morphs = {
         "jaw": morph(em.BendCurve.power(3), tent),
-        "smile": morph(em.BendCurve.polynomial([0, 1, -1]), moved=6),  # of the skin alone
+        "smile": morph(em.BendCurve.polynomial([0, 1, -1]), vertices=6),  # of the skin alone
         "both": morph(tent),
+        "lids": morph(vertices=6),
+        "jaw_smile": em.Morph(neutral, neutral, moved(1, 6), (em.BendCurve.power(2),)),
     }
-    return em.Rig(neutral, morphs, correctives={"both": ["jaw", "both"]})
+    correctives = {
+        "both": ["jaw", "both"],
+        "lids": em.Corrective(("smile", "jaw"), "hinge", (0.5, 1.25)),
+        "jaw_smile": em.Corrective(("jaw", "smile"), "min"),
+    }
+    return em.Rig(neutral, morphs, correctives=correctives)
 
 
 def require_each_mesh_bent(program: list[str], folder: Path) -> None:
@@ -149,11 +163,12 @@ def strict_schema() -> jsonschema.Draft202012Validator:
 
 
 def _closed(schema: Any) -> Any:
-    """A schema that refuses keys it does not name, but where it names none."""
+    """A schema that refuses keys it does not name, but where it names none, or some of them."""
     if isinstance(schema, list):
         return [_closed(entry) for entry in schema]
     if not isinstance(schema, dict):
         return schema
-    inner = {key: _closed(value) for key, value in schema.items()}
+    conditions = ("if", "then", "dependentSchemas")
+    inner = {k: value if k in conditions else _closed(value) for k, value in schema.items()}
     named = isinstance(schema.get("properties"), dict)
     return inner | {"additionalProperties": False} if named else inner

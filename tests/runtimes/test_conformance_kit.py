@@ -12,10 +12,12 @@ from kit import DOUBLE, REFUSED, SCHEMA, VECTORS, glb_of, require_same, strict_s
 
 import elastomorph as em
 import small_head
+from acceptance.runtime import bent_weights
 from elastomorph.errors import ParameterError
 from elastomorph.io.gltf import read_glb, write_glb
 from elastomorph.io.gltf.rig_extras import stored_rig
 from elastomorph.io.untrusted import MemoryBudget
+from elastomorph.rig.laws import LAWS
 from foreign_files import chunks_of
 
 LOOSE = jsonschema.Draft202012Validator(SCHEMA)
@@ -51,6 +53,32 @@ def test_positions_are_sums_of_targets(name: str) -> None:
     for pose in vector["poses"]:
         moved = np.tensordot(pose["weights"], targets, axes=1)
         require_same(np.array(vector["neutral"]) + moved, pose["positions"], 1e-11)
+
+
+@pytest.mark.parametrize("name", VECTORS)
+def test_weights_are_those_of_the_page(name: str) -> None:
+    """Computed from docs/extras.md alone: without a line of the package."""
+    extras = VECTORS[name]["extras"]
+    stored, names = extras.get("elastomorph"), extras["targetNames"]
+    for pose in VECTORS[name]["poses"]:
+        expected = bent_weights(stored, names, pose["sliders"])
+        require_same(pose["weights"], expected, DOUBLE)
+
+
+def test_the_kit_has_every_law() -> None:
+    """Each alone at work, of drivers below 0, above 1, alike, and at the kink of a hinge."""
+    described = VECTORS["laws"]["extras"]["elastomorph"]
+    assert {own.get("law", "product") for own in described["correctives"]} == LAWS.keys()
+    drivers = [own["drivers"] for own in described["correctives"]]
+    assert {("a", "b"), ("c", "b", "a"), ("b",), ("a", "a")} < {tuple(own) for own in drivers}
+    (hinge,) = (own for own in described["correctives"] if own["name"] == "hinge a b")
+    asked = [pose["sliders"] for pose in VECTORS["laws"]["poses"] if "c" in pose["sliders"]]
+    said = [hinge["gains"][0] * own["a"] + hinge["gains"][1] * own["b"] for own in asked]
+    assert min(said) < 1 < max(said)
+    assert 1.0 in said
+    assert any(own["a"] == own["b"] != own["c"] for own in asked)
+    assert min(own["a"] for own in asked) < 0
+    assert max(own["a"] for own in asked) > 1
 
 
 def test_the_kit_has_what_is_hard() -> None:
@@ -103,26 +131,36 @@ class TestSchema:
         fitting = [e["why"] for e in REFUSED if LOOSE.is_valid(e["extras"]["elastomorph"])]
         about_names = ("exist", "twice", "no morph", "itself", "has which", "one name", "of a bend")
         about_curves = ("do not rise", "more breaks", "of different length", "that is not 0")
-        others = [why for why in fitting if not any(w in why for w in about_names + about_curves)]
+        about_drivers = ("gains for", "with a slider", "its own driver")
+        about = about_names + about_curves + about_drivers
+        others = [why for why in fitting if not any(words in why for words in about)]
         assert not others
         assert len(fitting) < len(REFUSED) / 2
 
     def test_files_fit_and_have_no_key_that_is_not_told(self, tmp_path: Path) -> None:
-        """Also one with polygons, texture coordinates, correctives, groups and settings."""
+        """Also one with polygons, texture coordinates, laws, a pair bend, groups and settings."""
         neutral = small_head.head()
         morphs = {
             name: em.interpolate(neutral, small_head.shapes()[name], "auto")
             for name in ("jawOpen", "mouthSmile_L", "mouthFunnel")
         }
+        bend = 0.1 * morphs["jawOpen"].delta[None]
+        morphs["pair"] = em.Morph(neutral, neutral, bend, (em.BendCurve.power(2),))
+        drivers = ("jawOpen", "mouthSmile_L")
         rig = em.Rig(
             neutral,
             morphs,
-            correctives={"mouthFunnel": ["jawOpen", "mouthSmile_L"]},
+            correctives={
+                "mouthFunnel": em.Corrective(drivers, "hinge", (1.0, 0.5)),
+                "pair": em.Corrective(drivers, "softmin", (8.0,)),
+            },
             groups={"jaw": ["jawOpen"]},
         )
         write_glb(tmp_path / "head.glb", rig, settings={"seed": 1})
         strict = strict_schema()
         written = chunks_of(tmp_path / "head.glb")[0]["meshes"][0]["extras"]["elastomorph"]
         assert {"correctives", "groups", "surface", "settings"} < written.keys()
+        assert written["version"] == 3
+        assert "target" not in written["morphs"][-1]
         strict.validate(written)
         assert not strict.is_valid(written | {"more": 1})

@@ -39,7 +39,7 @@ def test_each_mesh_of_a_face_in_materials_is_bent(tmp_path: Path) -> None:
 def test_damaged_extras_are_refused_and_frames_allocate_nothing(tmp_path: Path) -> None:
     """Under the sanitizers of addresses and of undefined behaviour."""
     hostile = compiled(Path(__file__).parent / "hostile.cpp", tmp_path / "hostile", *CHECKED)
-    for name in ("folds", "names"):
+    for name in ("folds", "names", "together"):
         extras = tmp_path / f"{name}.json"
         extras.write_text(json.dumps(VECTORS[name]["extras"]), encoding="utf-8")
         done = subprocess.run(

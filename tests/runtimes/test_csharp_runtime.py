@@ -39,9 +39,10 @@ def test_each_mesh_of_a_face_in_materials_is_bent(mono: str, tmp_path: Path) -> 
     require_each_mesh_bent([mono, str(program)], tmp_path)
 
 
-def test_damaged_extras_are_refused(mono: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["correctives", "together"])
+def test_damaged_extras_are_refused(mono: str, name: str, tmp_path: Path) -> None:
     extras = tmp_path / "extras.json"
-    extras.write_text(json.dumps(VECTORS["correctives"]["extras"]), encoding="utf-8")
+    extras.write_text(json.dumps(VECTORS[name]["extras"]), encoding="utf-8")
     hostile = compiled(Path(__file__).parent / "Hostile.cs", tmp_path / "Hostile.exe")
     done = subprocess.run(
         [mono, str(hostile), str(extras)], capture_output=True, text=True, check=False, timeout=100

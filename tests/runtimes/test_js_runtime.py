@@ -16,7 +16,7 @@ from foreign_files import chunks_of, glb
 from needs import MODULES, WEB, node
 
 JS = RUNTIMES / "js"
-FOUR_KB = 4000
+FIVE_KB = 5000
 POSE = {"jaw": 0.6, "smile": 1.2, "both": -0.3}
 
 
@@ -36,9 +36,13 @@ def test_each_mesh_of_a_face_in_materials_is_bent(tmp_path: Path) -> None:
     require_each_mesh_bent([node(), str(JS / "conform.mjs")], tmp_path)
 
 
-@pytest.mark.parametrize("file", ["follower.test.mjs", "frames.test.mjs"])
-def test_adapters_follow_the_sliders_and_allocate_nothing(file: str) -> None:
-    ran(node(), "--test", Path(__file__).parent / file)
+def test_adapters_follow_the_sliders() -> None:
+    ran(node(), "--test", Path(__file__).parent / "follower.test.mjs")
+
+
+@pytest.mark.parametrize("name", ["folds", "laws", "together"])
+def test_adapters_allocate_nothing(name: str) -> None:
+    ran(node(), Path(__file__).parent / "frames.test.mjs", name)
 
 
 @pytest.mark.parametrize("player", ["three.js", "Babylon.js"])
@@ -60,12 +64,14 @@ class TestEngines:
         write_glb(path, face(), tolerance=0)
         document, blob = chunks_of(path)
         stored = document["meshes"][0]["extras"]["elastomorph"]
-        stored["version"] = 2
+        stored["version"] = max(2, stored["version"])
         stored["morphs"][0]["fold"] = {"breaks": [0, 1], "coefficients": [[0, 0.5, -0.5]]}
         path.write_bytes(glb(document, blob))
         require_bent(player, path, POSE, tmp_path)
 
-    @pytest.mark.parametrize("name", ["other", "correctives", "folds", "indices"])
+    @pytest.mark.parametrize(
+        "name", ["other", "correctives", "folds", "indices", "laws", "pairs", "together"]
+    )
     def test_the_kit_is_bent(self, player: str, name: str, tmp_path: Path) -> None:
         path = glb_of(VECTORS[name], tmp_path / "v.glb")
         require_bent(player, path, VECTORS[name]["poses"][5]["sliders"], tmp_path)
@@ -77,9 +83,9 @@ class TestPackage:
     package: dict[str, Any] = json.loads((JS / "package.json").read_text(encoding="utf-8"))
 
     @pytest.mark.parametrize("module", ["index.js", "three.js", "babylon.js"])
-    def test_an_application_grows_by_at_most_4_kb(self, module: str) -> None:
+    def test_an_application_grows_by_at_most_5_kb(self, module: str) -> None:
         told = ran(node("vite"), WEB / "checks" / "size.mjs", JS / module)
-        assert 1000 < json.loads(told)[str(JS / module)] <= FOUR_KB
+        assert 1000 < json.loads(told)[str(JS / module)] <= FIVE_KB
 
     def test_it_needs_nothing(self) -> None:
         assert not {"dependencies", "peerDependencies", "scripts"} & self.package.keys()

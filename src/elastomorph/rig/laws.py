@@ -74,7 +74,7 @@ class Corrective:
             raise ParameterError(f"the numbers of the law {self.law} must be finite")
         object.__setattr__(self, "numbers", tuple(np.atleast_1d(numbers).tolist()))
         wanted = {"hinge": len(self.drivers), "softmin": 1}.get(self.law, 0)
-        if len(self.numbers) != wanted:
+        if numbers.ndim > 1 or len(self.numbers) != wanted:
             says = {"hinge": "one gain a driver", "softmin": "one number, its sharpness"}
             raise ParameterError(
                 f"the law {self.law} takes {says.get(self.law, 'no numbers')}, found "
@@ -99,6 +99,8 @@ class Corrective:
             if other in given and other != key:
                 raise ParameterError(f"the law {law} takes no {other}")
         numbers = given.get(key, ())
+        if key in given and isinstance(numbers, list | tuple) != (key == "gains"):
+            raise ParameterError("gains are a list, one a driver; the sharpness is one number")
         return cls(given.get("drivers", ()), law, numbers)
 
     def entry(self) -> dict[str, Any]:

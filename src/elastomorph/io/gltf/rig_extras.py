@@ -105,8 +105,9 @@ def rig_extras(rig: Rig, targets: MorphTargets, held: Collection[int]) -> dict[s
     known = {n for n, kept in zip(rig.morphs, targets.morphs, strict=True) if kept.first in held}
     correctives = corrective_entries({n: c for n, c in sliders.correctives.items() if n in known})
     folds = any(kept.fold for kept in targets.morphs)
+    pairs = not all(kept.whole for kept in targets.morphs)
     return {
-        "version": least_version(correctives, folds=folds),
+        "version": least_version(correctives, folds=folds, pairs=pairs),
         "morphs": [
             {
                 "name": name,
@@ -136,10 +137,14 @@ def corrective_entries(correctives: Mapping[str, Corrective]) -> list[dict[str, 
 
 
 def least_version(
-    correctives: Sequence[Mapping[str, Any]], *, folds: bool = False, indices: bool = False
+    correctives: Sequence[Mapping[str, Any]],
+    *,
+    folds: bool = False,
+    indices: bool = False,
+    pairs: bool = False,
 ) -> int:
     """The least version that says what is said."""
-    if indices or any("law" in own for own in correctives):
+    if indices or pairs or any("law" in own for own in correctives):
         return LAWS
     return FOLDS if folds else WITHOUT_FOLDS
 
