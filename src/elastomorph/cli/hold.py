@@ -1,0 +1,151 @@
+"""``elastomorph hold``: correctives that keep lids and folds together where shapes add up."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from elastomorph.cli import options
+from elastomorph.cli.output import Say, plain_table
+from elastomorph.cli.verb import Answer, verb
+from elastomorph.errors import ParameterError
+
+if TYPE_CHECKING:
+    from elastomorph.holding import Held
+    from elastomorph.rig import Rig
+    from elastomorph.rig.performance import Performance
+
+_KINDS = ("lids", "folds")
+_IN_PLACE = (".glb", ".gltf", ".vrm")
+
+
+@verb
+def hold(
+    rig: options.RigName,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            help="Of a .glb, .vrm or .gltf the same file with what is added; else as of export.",
+        ),
+    ] = None,
+    takes: Annotated[
+        list[Path] | None,
+        typer.Option("--take", help="Recorded weights that correctives are fitted to; repeatable."),
+    ] = None,
+    only: Annotated[
+        str | None, typer.Option(help="lids, folds, or both separated by a comma; lids by default.")
+    ] = None,
+    folds: Annotated[
+        int | None, typer.Option(help="Most correctives against folds; 0 by default.", min=0)
+    ] = None,
+    method: options.MethodText = None,
+    mesh: options.MeshNames = None,
+    settings: options.SettingsFile = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Say what would be added, and write nothing.")
+    ] = False,
+    *,
+    say: Say,
+) -> Answer:
+    """Add correctives where several shapes add up: lids that slide past each other, folds.
+
+    Example: elastomorph hold character.glb --take take.csv -o character.held.glb
+    """
+    from elastomorph.holding import hold as held
+    from elastomorph.io.performance import read_performance
+
+    if output is None and not dry_run:
+        raise ParameterError("say where to write the rig that is held: -o held.glb")
+    wanted = _wanted(only, folds)
+    recorded: list[Performance] = []
+    for take in takes or []:
+        say(f"reading {take}")
+        recorded.append(read_performance(take))
+    found: list[Held] = []
+
+    def holding(given: Rig) -> Rig:
+        say("holding")
+        found.append(held(given, recorded, **wanted))
+        return found[0].rig
+
+    source = options.NamedRig.of(rig, settings, method, mesh)
+    report = None
+    place = source.place
+    whole = method is None and not mesh and source.settings is None
+    if place is not None and place.suffix.lower() in _IN_PLACE and whole and _same(place, output):
+        from elastomorph.bending.gltf import hold_gltf
+
+        report = hold_gltf(place, None if dry_run else output, holding, say=say)
+        written = report.output
+    else:
+        held_rig = holding(source.full(say))
+        written = None if dry_run else output
+        if written is not None and len(held_rig.morphs) > len(source_names(found[0])):
+            from elastomorph.io import write
+
+            say(f"writing {written}")
+            write(written, held_rig)
+        else:
+            written = None
+    facts: dict[str, Any] = {
+        "corrections": [asdict(own) for own in found[0].corrections],
+        "written": None if written is None else str(written),
+    }
+    if report is not None:
+        facts |= {"targets": report.targets, "targets_before": report.targets_before}
+    return Answer(facts, lambda: _tell(found[0], written))
+
+
+def source_names(held: Held) -> list[str]:
+    """The morphs that were there before."""
+    added = {own.name for own in held.corrections if own.law}
+    return [name for name in held.rig.morphs if name not in added]
+
+
+def _same(place: Path, output: Path | None) -> bool:
+    return output is None or output.suffix.lower() in _IN_PLACE
+
+
+def _wanted(only: str | None, folds: int | None) -> dict[str, Any]:
+    kinds = ["lids", *(["folds"] if folds else [])] if only is None else only.split(",")
+    for kind in kinds:
+        if kind.strip() not in _KINDS:
+            raise ParameterError(f"--only is {' or '.join(_KINDS)}, found {kind!r}")
+    named = {kind.strip() for kind in kinds}
+    if "folds" in named and not folds:
+        raise ParameterError("--only folds: say how many correctives at most, as --folds 15")
+    if folds and "folds" not in named:
+        raise ParameterError("--folds has no effect without folds in --only")
+    return {"lids": "lids" in named, "folds": folds or 0}
+
+
+def _tell(held: Held, written: Path | None) -> None:
+    from rich.console import Console
+
+    console = Console()
+    headers = ("corrective", "law", "sliders", "before", "after", "% of D", "frames", "targets")
+    table = plain_table(("corrective", "law"), headers)
+    for own in held.corrections:
+        if own.law:
+            before, after = own.fractions
+            table.add_row(
+                own.name,
+                own.law,
+                str(len(own.drivers)),
+                f"{own.before:.3g}",
+                f"{own.after:.3g}",
+                f"{100 * before:.2f} → {100 * after:.2f}",
+                str(own.frames),
+                str(own.targets),
+            )
+    if table.row_count:
+        console.print(table)
+    lines = [own.note for own in held.corrections if own.note]
+    lines.append("nothing was written" if written is None else f"written: {written}")
+    for line in lines:
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
