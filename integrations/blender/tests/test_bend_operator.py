@@ -39,7 +39,7 @@ def test_each_target_is_within_the_tolerance():
     rig = small_head()
     head = add_head(rig)
     bpy.ops.elastomorph.bend()
-    for name in {bend.rpartition(".")[0] for bend in bend_keys(head)}:
+    for name in {bend.rpartition(".")[0] for bend in bend_keys(head)}.intersection(rig.names):
         for t in (0.2, 0.5, 0.8, 1.0):
             set_weights(head, {name: t})
             assert apart(evaluated(head), rig.pose({name: t}), rig) < 1.1 * CLOSE
@@ -75,7 +75,7 @@ def test_drivers_need_no_permission_to_run_scripts():
     assert len(drivers) == 2 * len(bend_keys(head))  # of the weight, and of being muted
     for followed in drivers:
         driver = followed.driver
-        assert driver.type == "SUM" or driver.is_simple_expression
+        assert driver.type == "MAX" or driver.is_simple_expression
         assert driver.is_valid
 
 
