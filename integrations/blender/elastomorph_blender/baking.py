@@ -15,7 +15,7 @@ import numpy as np
 
 from .actions import active_curves, all_curves, set_keyframes
 from .face import Array
-from .record import KeptBend, driver_of, kept_bends
+from .record import Follower, driver_of, followers
 from .refusal import RefusedError
 
 
@@ -29,7 +29,7 @@ class Baked:
 
 def bake(context: bpy.types.Context, things: Sequence[bpy.types.Object]) -> Baked:
     """Put keyframes in place of all drivers of shape keys: those of bends, and of the scene."""
-    if not any(kept_bends(thing.data.shape_keys) for thing in things):
+    if not any(followers(thing.data.shape_keys) for thing in things):
         raise RefusedError(
             f"{things[0].name} has no bends to bake: run Bend Shape Keys before, and bake last"
         )
@@ -41,10 +41,10 @@ def bake(context: bpy.types.Context, things: Sequence[bpy.types.Object]) -> Bake
         keys = thing.data.shape_keys
         for name in driven[thing]:
             _put(keys, name, frames, sampled[thing][name])
-        for bend in kept_bends(keys):
-            curves = _bend_keys(keys, bend)
-            still += not curves
-            moving += bool(curves)
+        for own in followers(keys):
+            moves = _own_keys(keys, own)
+            still += not moves
+            moving += moves
         thing.data.update()
     return Baked(moving, still)
 
@@ -52,7 +52,7 @@ def bake(context: bpy.types.Context, things: Sequence[bpy.types.Object]) -> Bake
 def _driven(thing: bpy.types.Object) -> list[str]:
     """The keys that drivers of the scene move, not ours."""
     keys = thing.data.shape_keys
-    ours = {bend.name for bend in kept_bends(keys)}
+    ours = {own.name for own in followers(keys)}
     blocks = (block for block in keys.key_blocks if block.name not in ours)
     return [b.name for b in blocks if driver_of(keys, b.path_from_id("value")) is not None]
 
@@ -88,24 +88,27 @@ def _put(keys: bpy.types.Key, name: str, frames: Array, weights: Array) -> None:
     set_keyframes(active_curves(keys), path, frames, weights)
 
 
-def _bend_keys(keys: bpy.types.Key, bend: KeptBend) -> bool:
-    """Keyframes of a bend in every action that moves its key; else its present weight."""
-    block, host = keys.key_blocks[bend.name], keys.key_blocks[bend.target]
-    path, followed = block.path_from_id("value"), host.path_from_id("value")
+def _own_keys(keys: bpy.types.Key, own: Follower) -> bool:
+    """Keyframes in every action that moves a key that this one follows; else its present weight."""
+    block, hosts = keys.key_blocks[own.name], [keys.key_blocks[name] for name in own.law.drivers]
+    path = block.path_from_id("value")
     for what in ("value", "mute"):
         if driver_of(keys, block.path_from_id(what)) is not None:
             keys.driver_remove(block.path_from_id(what))
     animated = False
     for curves in all_curves(keys):
-        source = curves.find(followed)
-        if source is not None:
-            frames = _frames(source)
-            weights = np.array([source.evaluate(frame) for frame in frames])
-            least, most = host.slider_min, host.slider_max
-            set_keyframes(curves, path, frames, bend.curve(np.clip(weights, least, most)))
+        sources = [curves.find(host.path_from_id("value")) for host in hosts]
+        moving = [_frames(source) for source in sources if source is not None]
+        if moving:
+            frames = np.unique(np.concatenate(moving))
+            both = [*zip(sources, hosts, strict=True)]
+            rows = [[h.value if s is None else s.evaluate(f) for s, h in both] for f in frames]
+            weights = np.clip(rows, [h.slider_min for h in hosts], [h.slider_max for h in hosts])
+            set_keyframes(curves, path, frames, own.weight(weights))
             animated = True
-    block.mute = host.mute
-    block.value = float(bend.curve(host.value))
+    if own.curve is not None:
+        block.mute = any(host.mute for host in hosts)
+    block.value = float(own.weight(np.array([host.value for host in hosts])))
     return animated
 
 

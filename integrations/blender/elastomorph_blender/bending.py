@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph import Corrective
 from elastomorph.bending.plan import BentMorph, make_plan
 from elastomorph.model.bend_curve import BendCurve
 
@@ -17,11 +18,13 @@ from .drivers import drive
 from .face import Part, read_face
 from .record import (
     PROPERTY,
-    KeptBend,
+    Follower,
+    bend_names,
     comes_folded,
-    imported_bends,
-    keep_bends,
-    kept_bends,
+    driver_of,
+    followers,
+    imported,
+    keep,
     remove_bends,
 )
 from .refusal import RefusedError
@@ -55,7 +58,9 @@ def bend(
 ) -> Outcome:
     """Make the bends of these objects anew, for all keys or some.
 
-    Everything is read and computed before anything is changed.
+    Pair bends are made of keys that are bent together; where some are bent anew, also of those that
+    pair bends joined with them. An object has those whose both keys it has. Everything is read and
+    computed before anything is changed.
     """
     for thing in things:
         if only is not None and comes_folded(thing.data.shape_keys):
@@ -64,28 +69,46 @@ def bend(
                 "all of its keys anew, not the active one only"
             )
     face = read_face(things)
-    plan = make_plan(face.rig, method, only=only, tolerance=tolerance)
+    whole = only and _joined(things, only).intersection(face.rig.morphs)
+    plan = make_plan(face.rig, method, only=whole, tolerance=tolerance)
+    bent = [
+        morph for morph in plan.bent if only is None or not {*only}.isdisjoint(_law(morph).drivers)
+    ]
     made = 0
     for part, span in zip(face.parts, face.spans, strict=True):
-        remove_bends(part.thing, only)
         adopt(part.thing)
-        made += _add(part, span, plan.bent, plan.extent)
-    error = max((morph.error for morph in plan.bent), default=0.0)
-    return Outcome(tuple(morph.name for morph in plan.bent), made, plan.extent, error)
+        remove_bends(part.thing, only)
+        made += _add(part, span, bent, plan.extent)
+    error = max((morph.error for morph in bent), default=0.0)
+    names = tuple(morph.name for morph in bent if morph.law is None)
+    return Outcome(names, made, plan.extent, error)
+
+
+def _joined(things: Sequence[bpy.types.Object], names: Collection[str]) -> set[str]:
+    """These keys, and those that pair bends join with them."""
+    followed = [own for t in things for own in bend_names(t.data.shape_keys).values()]
+    return {*names}.union(*(own for own in followed if not {*names}.isdisjoint(own)))
+
+
+def _law(morph: BentMorph) -> Corrective:
+    """What its bends follow: that of a pair bend, or its key alone."""
+    return morph.law or Corrective((morph.name,))
 
 
 def adopt(thing: bpy.types.Object) -> None:
-    """Drive the bends that came with a glTF file, in place of the keyframes they have."""
+    """Drive what came with a glTF file and correctives, in place of the keyframes they have."""
     keys = thing.data.shape_keys
-    imported = imported_bends(keys)
-    for bend in imported:
-        block, host = keys.key_blocks[bend.name], keys.key_blocks[bend.target]
-        remove_animation(keys, block.path_from_id("value"))
-        least, most = value_range(bend.curve, host.slider_min, host.slider_max)
-        block.slider_min, block.slider_max = max(least, -WIDEST), min(most, WIDEST)
-        drive(keys, block, host, bend.curve)
-    if imported:
-        keep_bends(keys, [*kept_bends(keys), *imported])
+    came, kept = imported(keys), followers(keys)
+    for own in (*came, *(own for own in kept if own.curve is None)):
+        block = keys.key_blocks[own.name]
+        path = block.path_from_id("value")
+        if own in came or driver_of(keys, path) is None:
+            remove_animation(keys, path)
+            least, most = weight_range(keys, own.law, own.curve)
+            block.slider_min, block.slider_max = max(least, -WIDEST), min(most, WIDEST)
+            drive(keys, block, own.law, own.curve)
+    if PROPERTY in thing.data:
+        keep(keys, [*kept, *came])
         del thing.data[PROPERTY]
 
 
@@ -94,42 +117,48 @@ def _add(part: Part, span: slice, bent: Sequence[BentMorph], extent: float) -> i
     shown = thing.active_shape_key_index
     added = []
     for morph in bent:
-        if morph.name not in part.offsets:
+        law = _law(morph)
+        if not part.offsets.keys() >= {*law.drivers}:
             continue
         curves = zip(morph.morph.bends, morph.morph.bend_curves, strict=True)
         for number, (field, curve) in enumerate(curves, start=1):
             offsets = field[span]
             if np.linalg.norm(offsets, axis=1).max() > _NOTHING * extent:
                 name = f"{morph.name}.bend{number}"
-                block, followed = _add_key(part, morph.name, name, part.own(offsets), curve)
-                added.append(KeptBend(block.name, morph.name, followed, morph.morph.method))
-    keep_bends(keys, [*kept_bends(keys), *added])
+                block, followed = _add_key(part, law, name, part.own(offsets), curve)
+                added.append(Follower(block.name, morph.name, law, followed, morph.morph.method))
+    keep(keys, [*followers(keys), *added])
     thing.active_shape_key_index = shown
     thing.data.update()
     return len(added)
 
 
 def _add_key(
-    part: Part, target: str, name: str, offsets: NDArray[np.float64], curve: BendCurve
+    part: Part, law: Corrective, name: str, offsets: NDArray[np.float64], curve: BendCurve
 ) -> tuple[bpy.types.ShapeKey, BendCurve]:
     """The key of a bend and the curve it follows, which is scaled where weights would end at 10."""
     keys = part.keys
     block = part.thing.shape_key_add(name=name, from_mix=False)
     block.relative_key = keys.reference_key
-    host = keys.key_blocks[target]
-    least, most = value_range(curve, host.slider_min, host.slider_max)
+    least, most = weight_range(keys, law, curve)
     scale = max(1.0, -least / WIDEST, most / WIDEST)
     block.data.foreach_set("co", (part.basis + scale * offsets).astype(np.float32).ravel())
     block.slider_min, block.slider_max = least / scale, most / scale
     if scale > 1:
         curve = BendCurve(curve.breaks, curve.coefficients / scale)
-    drive(keys, block, host, curve)
+    drive(keys, block, law, curve)
     return block, curve
 
 
-def value_range(curve: BendCurve, least: float, most: float) -> tuple[float, float]:
-    """The weights of a bend while its key is within a range, and somewhat beyond 0 and 1."""
-    ends = min(least, _AROUND[0]), max(most, _AROUND[1])
+def weight_range(
+    keys: bpy.types.Key, law: Corrective, curve: BendCurve | None = None
+) -> tuple[float, float]:
+    """What a key follows while sliders are within their ranges, and somewhat beyond 0 and 1."""
+    hosts = [keys.key_blocks[name] for name in law.drivers]
+    least, most = _AROUND
+    ends = law.reach([(min(h.slider_min, least), max(h.slider_max, most)) for h in hosts])
+    if curve is None:
+        return ends
     values = np.append(curve(np.linspace(0, 1, _SAMPLES)), curve(np.array(ends)))
     margin = 0.01 * np.ptp(values)
     return float(values.min() - margin), float(values.max() + margin)

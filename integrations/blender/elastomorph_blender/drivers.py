@@ -1,13 +1,15 @@
-"""Drivers that follow bend curves, in what Blender evaluates without permission to run scripts.
+"""Drivers that follow laws and bend curves, in what Blender evaluates without running scripts.
 
-Blender works out arithmetic, comparisons and conditions in a driver by itself and keeps up to 255
-characters of it. A curve whose pieces fit is one such expression. Any other is the animation curve
-that Blender maps the value of a driver through: a cubic polynomial is one Bézier segment, whose
-handles are a third of the way along, so cubic pieces are exact here too.
+Blender works out arithmetic, comparisons, conditions and some functions in a driver by itself and
+keeps up to 255 characters of it. A law is such an expression, and so is a curve whose pieces fit.
+Any other is the animation curve that Blender maps the value of a driver through: a cubic polynomial
+is one Bézier segment, whose handles are a third of the way along, so cubic pieces are exact here
+too.
 """
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from itertools import pairwise
 from math import ceil, factorial
@@ -17,7 +19,8 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
-from elastomorph import BendCurve
+from elastomorph import BendCurve, Corrective
+from elastomorph.errors import ElastomorphWarning
 
 from .record import VARIABLE
 
@@ -33,25 +36,76 @@ _MOST_SEGMENTS = 1000
 _APART = 0.05
 
 
-def drive(keys: bpy.types.Key, block: bpy.types.ShapeKey, host: bpy.types.ShapeKey,
-          curve: BendCurve) -> None:  # fmt: skip
-    """Let a key follow a curve of the weight of another, and be muted with it."""
+def drive(
+    keys: bpy.types.Key, block: bpy.types.ShapeKey, law: Corrective, curve: BendCurve | None = None
+) -> None:
+    """Let a key follow a law of the weights of others.
+
+    A bend follows a curve of it, and is muted where one of them is.
+    """
+    names = [f"w{number}" for number in range(len(law.drivers))]
+    if curve is not None:
+        names[0] = VARIABLE
+    weight = law_expression(law, names)
+    if weight is None:
+        warnings.warn(
+            f"{block.name} is not driven: Blender keeps no law of {len(law.drivers)} drivers",
+            ElastomorphWarning,
+            stacklevel=2,
+        )
+        return
     followed = keys.driver_add(block.path_from_id("value"))
     driver = followed.driver
-    _read(driver, keys, host.path_from_id("value"))
-    text = expression(curve)
+    driver.type = "SCRIPTED"
+    _read(driver, keys, law, names, "value")
+    if curve is None:
+        driver.expression = weight
+        return
+    text = expression(curve, weight)
     if text is not None:
-        driver.type = "SCRIPTED"
         driver.expression = text
     if text is None or not driver.is_simple_expression:
-        driver.type = "SCRIPTED"
-        driver.expression = _set_segments(followed, curve)
+        driver.expression = _of_weight(_set_segments(followed, curve), weight)
     muted = keys.driver_add(block.path_from_id("mute")).driver
-    muted.type = "SUM"
-    _read(muted, keys, host.path_from_id("mute"))
+    muted.type = "MAX"
+    _read(muted, keys, law, names, "mute")
 
 
-def expression(curve: BendCurve) -> str | None:
+def law_expression(law: Corrective, names: Sequence[str]) -> str | None:
+    """The weight that a law gives of these variables, or None where it is too long."""
+    for digits in (17, 12, 9, 7):
+        text = _law(law, names, [_number(float(f"{number:.{digits}g}")) for number in law.numbers])
+        if len(text) <= LONGEST:
+            return text
+    return None
+
+
+def _law(law: Corrective, names: Sequence[str], numbers: Sequence[str]) -> str:
+    every, count = ",".join(names), len(names)
+    low, high = (f"min({every})", f"max({every})") if count > 1 else (every, every)
+    clamped = [f"clamp({name})" for name in names]
+    least, most, product = f"clamp({low})", f"clamp({high})", "*".join(clamped)
+    sharpness = numbers[0] if numbers else ""
+    # Relative to the least, so that no power overflows.
+    powers = "+".join(f"pow({low}/{name},{sharpness})" for name in names)
+    sum_of_gains = "+".join(f"{gain}*{name}" for gain, name in zip(numbers, names, strict=False))
+    return {
+        "product": "*".join(names),
+        "min": f"max(0,{low})",
+        "softmin": f"{low}*pow(({powers})/{count},-1/{sharpness}) if {low}>0 else 0",
+        "hinge": f"max(0,{sum_of_gains}-1)",
+        "allMul": product,
+        "extMul": f"{least}*{most}",
+        "mulAvgExt": f"2*{least}*{most}/({least}+{most}) if {low}>0 else 0",
+        "mulAvgAll": f"{count}*{product}/({'+'.join(clamped)}) if {low}>0 else 0",
+    }[law.law]
+
+
+def _of_weight(text: str, weight: str) -> str:
+    return text if weight == VARIABLE else text.replace(VARIABLE, f"({weight})")
+
+
+def expression(curve: BendCurve, weight: str = VARIABLE) -> str | None:
     """A curve as an expression that Blender evaluates by itself, or None where none fits."""
     pieces = [
         Polynomial(row)(Polynomial([-start, 1.0])).coef
@@ -59,7 +113,7 @@ def expression(curve: BendCurve) -> str | None:
     ]
     for digits in (17, 12, 10, 9):
         rounded = [np.array([float(f"{c:.{digits}g}") for c in row]) for row in pieces]
-        text = _text(curve, rounded)
+        text = _of_weight(_text(curve, rounded), weight)
         if len(text) <= LONGEST and _close(curve, rounded):
             return text
     return None
@@ -144,8 +198,9 @@ def _set_segments(followed: bpy.types.FCurve, curve: BendCurve) -> str:
     while len(points):
         points.remove(points[0])
     points.add(len(times))
-    lefts = np.stack([np.r_[thirds[0], thirds], np.r_[after[0], before]])
-    rights = np.stack([np.r_[thirds, thirds[-1]], np.r_[after, before[-1]]])
+    # The outermost handles reach far, so that single precision holds the slopes along them.
+    lefts = np.stack([np.r_[stretch, thirds], np.r_[after[0], before]])
+    rights = np.stack([np.r_[thirds, stretch], np.r_[after, before[-1]]])
     for i, point in enumerate(points):
         point.interpolation = "BEZIER"
         point.handle_left_type = point.handle_right_type = "FREE"
@@ -170,10 +225,13 @@ def _slopes(
     return after, before
 
 
-def _read(driver: bpy.types.Driver, keys: bpy.types.Key, data_path: str) -> None:
-    variable = driver.variables.new()
-    variable.name = VARIABLE
-    goal = variable.targets[0]
-    goal.id_type = "KEY"
-    goal.id = keys
-    goal.data_path = data_path
+def _read(
+    driver: bpy.types.Driver, keys: bpy.types.Key, law: Corrective, names: Sequence[str], what: str
+) -> None:
+    for name, host in zip(names, law.drivers, strict=True):
+        variable = driver.variables.new()
+        variable.name = name
+        goal = variable.targets[0]
+        goal.id_type = "KEY"
+        goal.id = keys
+        goal.data_path = keys.key_blocks[host].path_from_id(what)

@@ -20,7 +20,7 @@ from elastomorph.model.mesh import Source
 from elastomorph.model.polygons import Polygons
 from elastomorph.rig.build import bare_rig
 
-from .record import bend_names
+from .record import bend_names, correctives
 from .refusal import RefusedError
 
 Array = NDArray[np.float64]
@@ -131,7 +131,8 @@ def read_face(things: Sequence[bpy.types.Object]) -> Face:
     mesh = Mesh(neutral, _polygons(parts), source=source)
     targets = {name: mesh.with_vertices(neutral + delta) for name, delta in deltas.items()}
     spans = tuple(slice(start, stop) for start, stop in pairwise(starts.tolist()))
-    return Face(parts, bare_rig(mesh, targets), spans)
+    laws = {name: law for part in parts for name, law in correctives(part.keys).items()}
+    return Face(parts, Rig(mesh, bare_rig(mesh, targets).morphs, correctives=laws), spans)
 
 
 def _require_editable(thing: bpy.types.Object) -> None:

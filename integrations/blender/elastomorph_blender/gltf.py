@@ -9,38 +9,40 @@ from __future__ import annotations
 from typing import Any
 
 from elastomorph.io.blend_shapes import curve_to_json
+from elastomorph.io.gltf.rig_extras import corrective_entries, least_version
 from elastomorph.model.bend_curve import BendCurve
 
-from .record import KeptBend, kept_bends
+from .record import Follower, followers
 
 
 class CurvesOfMeshes:
     """What Blender's glTF exporter calls while it writes."""
 
     def gather_mesh_hook(self, gltf2_mesh: Any, blender_mesh: Any, *_: Any) -> None:
-        """Add the curves to a mesh that has bends among its targets."""
+        """Add the curves and laws to a mesh that has bends or correctives among its targets."""
         extras = gltf2_mesh.extras
         if not isinstance(extras, dict) or "targetNames" not in extras:
             return
         keys = blender_mesh.shape_keys
         written = extras["targetNames"]
-        bends = [bend for bend in kept_bends(keys) if {bend.name, bend.target} <= {*written}]
-        if bends:
-            extras["elastomorph"] = description(written, bends)
+        found = [own for own in followers(keys) if {own.name, *own.law.drivers} <= {*written}]
+        if found:
+            extras["elastomorph"] = description(written, found)
 
 
-def description(written: list[str], bends: list[KeptBend]) -> dict[str, Any]:
+def description(written: list[str], found: list[Follower]) -> dict[str, Any]:
     """``extras.elastomorph`` of a mesh with these morph targets."""
-    own = {bend.name for bend in bends}
+    bends = [own for own in found if own.curve is not None]
+    names = {bend.name for bend in bends}
+    pairs = {bend.target: bend.law for bend in bends if bend.of_pair}
+    laws = {own.name: own.law for own in found if own.curve is None}
     morphs = []
-    for name in written:
-        if name in own:
-            continue
+    for name in (*(name for name in written if name not in names), *pairs):
         mine = [bend for bend in bends if bend.target == name]
         morphs.append(
             {
                 "name": name,
-                "target": name,
+                **({} if name in pairs else {"target": name}),
                 "method": mine[0].method if mine else "linear",
                 "bake_error": 0.0,
                 "choice": None,
@@ -48,4 +50,5 @@ def description(written: list[str], bends: list[KeptBend]) -> dict[str, Any]:
                 "bends": [{"target": b.name, "curve": curve_to_json(b.curve)} for b in mine],
             }
         )
-    return {"version": 1, "morphs": morphs}
+    entries = corrective_entries(laws | pairs)
+    return {"version": least_version(entries), "morphs": morphs, "correctives": entries}

@@ -10,7 +10,7 @@ from bpy.props import EnumProperty, FloatProperty, IntProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper
 
 from .baking import bake
-from .bending import bend
+from .bending import adopt, bend
 from .face import selected_objects
 from .preview import preview
 from .record import bend_names, remove_bends
@@ -94,7 +94,7 @@ class BendShapeKeys(_OfShapeKeys, bpy.types.Operator):
     keys: _KEYS
 
     def done(self, context: bpy.types.Context, things: list[bpy.types.Object]) -> str:
-        only = None if self.keys == "ALL" else [_active_target(context)]
+        only = None if self.keys == "ALL" else _active_targets(context)
         outcome = bend(things, self.method, self.tolerance, only)
         if not outcome.names:
             return "No shape key bends: straight lines are within the tolerance of their paths"
@@ -114,7 +114,9 @@ class RemoveBends(_OfShapeKeys, bpy.types.Operator):
     keys: _KEYS
 
     def done(self, context: bpy.types.Context, things: list[bpy.types.Object]) -> str:
-        only = None if self.keys == "ALL" else [_active_target(context)]
+        only = None if self.keys == "ALL" else _active_targets(context)
+        for thing in things:
+            adopt(thing)
         gone = sum(remove_bends(thing, only) for thing in things)
         return f"{gone} bends removed" if gone else "There were no bends"
 
@@ -137,9 +139,9 @@ class PreviewPath(_OfShapeKeys, bpy.types.Operator):
     )
 
     def done(self, context: bpy.types.Context, things: list[bpy.types.Object]) -> str:
-        name = _active_target(context)
-        preview(things, name, self.t)
-        return f"{name} at {self.t:g}"
+        names = _active_targets(context)
+        preview(things, names, self.t)
+        return f"{' and '.join(names)} at {self.t:g}"
 
 
 class ImportPerformance(_OfShapeKeys, ImportHelper, bpy.types.Operator):
@@ -169,14 +171,14 @@ class BakeForExport(_OfShapeKeys, bpy.types.Operator):
         return f"Keyframes for {baked.moving} bends; {baked.still} stand still"
 
 
-def _active_target(context: bpy.types.Context) -> str:
-    """Name of the active key; that of the key it belongs to where it is a bend."""
+def _active_targets(context: bpy.types.Context) -> tuple[str, ...]:
+    """Name of the active key; those of the keys it follows where it is a bend."""
     thing = context.active_object
     block = thing.active_shape_key
     keys = thing.data.shape_keys
     if block is None or block == keys.reference_key:
         raise RefusedError(f"The active shape key of {thing.name} is its basis: select another key")
-    return bend_names(keys).get(block.name, block.name)
+    return bend_names(keys).get(block.name, (block.name,))
 
 
 CLASSES = (BendShapeKeys, RemoveBends, PreviewPath, ImportPerformance, BakeForExport)

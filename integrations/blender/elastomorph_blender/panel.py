@@ -37,35 +37,33 @@ class ShapeKeyBends(bpy.types.Panel):
         column.operator("elastomorph.import_performance", icon="IMPORT")
         column.operator("elastomorph.bake", icon="KEYFRAME")
         names = bend_names(keys)
-        layout.label(text=f"{len(names)} bends of {len({*names.values()})} keys")
+        followed = {name for own in names.values() for name in own}
+        layout.label(text=f"{len(names)} bends of {len(followed)} keys")
 
 
-def _previewed(thing: bpy.types.Object) -> bpy.types.ShapeKey | None:
-    """The key that the slider moves: the active one, or the one whose bend is active."""
+def _previewed(thing: bpy.types.Object) -> list[bpy.types.ShapeKey]:
+    """The keys that the slider moves: the active one, or those that the active bend follows."""
     block, keys = thing.active_shape_key, thing.data.shape_keys
     if block is None or block == keys.reference_key:
-        return None
-    return keys.key_blocks.get(bend_names(keys).get(block.name, block.name))
+        return []
+    names = bend_names(keys).get(block.name, (block.name,))
+    return [keys.key_blocks[name] for name in names if name in keys.key_blocks]
 
 
 def _movable(thing: bpy.types.Object) -> bool:
-    block = _previewed(thing)
-    if block is None:
-        return False
-    return driver_of(thing.data.shape_keys, block.path_from_id("value")) is None
+    keys, blocks = thing.data.shape_keys, _previewed(thing)
+    free = (driver_of(keys, block.path_from_id("value")) is None for block in blocks)
+    return bool(blocks) and all(free)
 
 
 def _shown(thing: bpy.types.Object) -> float:
-    block = _previewed(thing)
-    return 0.0 if block is None else block.value
+    return min((block.value for block in _previewed(thing)), default=0.0)
 
 
 def _show(thing: bpy.types.Object, t: float) -> None:
-    block = _previewed(thing)
-    if block is None:
-        return
+    names = [block.name for block in _previewed(thing)]
     together = thing == bpy.context.active_object
-    preview(selected_objects(bpy.context) if together else [thing], block.name, t)
+    preview(selected_objects(bpy.context) if together else [thing], names, t)
 
 
 def register() -> None:

@@ -1,8 +1,9 @@
-"""The active key of a face along its path."""
+"""The active key of a face along its path, or two that a pair bend joins."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import product
 
 import bpy
 
@@ -10,9 +11,9 @@ from .record import driver_of
 from .refusal import RefusedError
 
 
-def preview(things: Sequence[bpy.types.Object], name: str, t: float) -> None:
-    """Set a key of all objects that have it, widening its range where it ends before."""
-    for thing in things:
+def preview(things: Sequence[bpy.types.Object], names: Sequence[str], t: float) -> None:
+    """Set keys of all objects that have them, widening their range where it ends before."""
+    for thing, name in product(things, names):
         keys = thing.data.shape_keys
         block = keys.key_blocks.get(name)
         if block is None:

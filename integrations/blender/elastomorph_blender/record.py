@@ -1,74 +1,109 @@
-"""Which shape keys of an object are bends, kept with its shape keys.
+"""Which shape keys of an object follow others: its bends and its correctives.
 
 The record is one text, in JSON, in a custom property of the data-block of the keys, so that it is
 saved, copied, appended and undone with them::
 
     {"version": 1, "bends": [{"name": "jawOpen.bend1", "target": "jawOpen", "method": "rotation",
-                              "curve": {"breaks": [0, 1], "coefficients": [[0, 1, -1]]}}]}
+                              "drivers": ["jawOpen"],
+                              "curve": {"breaks": [0, 1], "coefficients": [[0, 1, -1]]}},
+                             {"name": "jawOpen_mouthClose.bend1", "target": "jawOpen_mouthClose",
+                              "method": "pair", "drivers": ["jawOpen", "mouthClose"],
+                              "law": "min", "curve": …},
+                             {"name": "smileShut_L", "target": "smileShut_L", "method": "",
+                              "drivers": ["mouthSmile_L", "eyeBlink_L"], "curve": null}]}
 
-The weight of a bend is its curve at the weight of its target.
+The weight of a bend is its curve at what a law gives of its drivers, keys that have the law of
+`elastomorph.Corrective`: of its target alone, which is what it follows without drivers, or of the
+two that a pair bend joins, whose target is no key. What has no curve is no bend but a corrective,
+a shape whose weight is what its law gives.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
-from elastomorph import BendCurve
+from elastomorph import BendCurve, Corrective
+from elastomorph.io.blend_shapes import curve_from_json, curve_to_json
+from elastomorph.io.gltf.rig_extras import LAWS
 
 from .actions import remove_animation
 from .refusal import RefusedError
 
 PROPERTY = "elastomorph"
 VARIABLE = "bent"
-"""Name of the variable of each driver, by which bends that were renamed are found."""
+"""Name of the first variable of each driver, by which bends that were renamed are found."""
 
 
 @dataclass(frozen=True, eq=False)
-class KeptBend:
-    """One shape key that is a bend."""
+class Follower:
+    """One shape key that follows others.
+
+    Attributes:
+        name: Of the key.
+        target: Of the key whose path it bends, of the pair bend that it is one of, or its own.
+        law: What it follows of the weights of other keys.
+        curve: From what the law gives to the weight of a bend; a corrective has none.
+        method: Of the path of a bend.
+    """
 
     name: str
     target: str
-    curve: BendCurve
+    law: Corrective
+    curve: BendCurve | None = None
     method: str = ""
 
+    @property
+    def of_pair(self) -> bool:
+        """Whether it is a bend that belongs to no key."""
+        return self.curve is not None and self.law.drivers != (self.target,)
 
-def kept_bends(keys: bpy.types.Key) -> list[KeptBend]:
-    """The bends of an object that are still there, in order."""
-    try:
-        bends = [_bend(entry) for entry in _entries(keys)]
-    except (ValueError, KeyError, TypeError) as error:
-        raise _unreadable(keys, error) from None
-    return [bend for bend in bends if bend.name in keys.key_blocks]
+    def weight(self, weights: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(...,) its weight from (..., n) those of its drivers."""
+        followed = self.law.weight(weights)
+        return followed if self.curve is None else self.curve(followed)
 
 
-def bend_names(keys: bpy.types.Key) -> dict[str, str]:
-    """Name of each shape key that is a bend, and of the key it belongs to, renamed or not."""
-    try:
-        stored = {entry["name"]: entry["target"] for entry in _entries(keys)}
-    except (ValueError, KeyError, TypeError) as error:
-        raise _unreadable(keys, error) from None
-    names = {name: target for name, target in stored.items() if name in keys.key_blocks}
-    names |= {bend.name: bend.target for bend in imported_bends(keys)}
+def followers(keys: bpy.types.Key) -> list[Follower]:
+    """Those in the record that are still there, with what they follow; correctives first."""
+    with _record(keys) as entries:
+        found = _there(keys, [_follower(entry) for entry in entries])
+    return sorted(found, key=lambda own: own.curve is not None)
+
+
+def bend_names(keys: bpy.types.Key) -> dict[str, tuple[str, ...]]:
+    """Name of each shape key that is a bend, and of the keys it follows, renamed or not."""
+    with _record(keys) as entries:
+        bends = [entry for entry in entries if entry["curve"] is not None]
+        stored = {own["name"]: tuple(own.get("drivers", [own["target"]])) for own in bends}
+    names = {name: followed for name, followed in stored.items() if name in keys.key_blocks}
+    names |= {own.name: own.law.drivers for own in imported(keys) if own.curve is not None}
     animation = keys.animation_data
     paths = {block.path_from_id("value"): block.name for block in keys.key_blocks}
     for followed in animation.drivers if animation else ():
         variables = followed.driver.variables
-        if followed.data_path in paths and [v.name for v in variables] == [VARIABLE]:
-            goal = variables[0].targets[0]
-            if goal.id == keys:
-                names[paths[followed.data_path]] = paths.get(goal.data_path, "")
+        if followed.data_path in paths and variables and variables[0].name == VARIABLE:
+            goals = [variable.targets[0] for variable in variables]
+            if all(goal.id == keys for goal in goals):
+                hosts = tuple(paths.get(goal.data_path, "") for goal in goals)
+                names[paths[followed.data_path]] = hosts
     return names
 
 
-def imported_bends(keys: bpy.types.Key) -> list[KeptBend]:
-    """Bends that came with a glTF file, whose extras Blender keeps as a property of the mesh.
+def correctives(keys: bpy.types.Key) -> dict[str, Corrective]:
+    """The law of each key that is a corrective, of the record and of the file it came with."""
+    return {own.name: own.law for own in (*imported(keys), *followers(keys)) if own.curve is None}
+
+
+def imported(keys: bpy.types.Key) -> list[Follower]:
+    """Those that came with a glTF file, whose extras Blender keeps as a property of the mesh.
 
     Nothing drives them yet, and none of them is in the record.
     """
@@ -76,83 +111,100 @@ def imported_bends(keys: bpy.types.Key) -> list[KeptBend]:
     if PROPERTY not in mesh:
         return []
     try:
-        bends = [
-            _bend({**bend, "name": bend["target"], **_of_morph(morph)})
-            for morph in mesh[PROPERTY].to_dict()["morphs"]
-            for bend in morph.get("bends", ())
-        ]
+        found = [*_described(mesh[PROPERTY].to_dict())]
     except (AttributeError, ValueError, KeyError, TypeError) as error:
         raise RefusedError(
             f"the custom property {PROPERTY!r} of the mesh {mesh.name}, which says what its bends "
             f"are, cannot be read ({error!r}): delete it, and the keys that are bends"
         ) from None
-    known = keys.key_blocks
-    return [bend for bend in bends if bend.name in known and bend.target in known]
+    return _there(keys, found)
+
+
+def _described(extras: dict[str, Any]) -> Iterator[Follower]:
+    targets = {morph["name"]: morph.get("target", morph["name"]) for morph in extras["morphs"]}
+    laws = {}
+    for entry in extras.get("correctives", ()):
+        law = entry if extras["version"] >= LAWS else {}
+        drivers = [targets[driver] for driver in entry["drivers"]]
+        laws[targets[entry["name"]]] = own = Corrective.of({**law, "drivers": drivers})
+        yield Follower(targets[entry["name"]], targets[entry["name"]], own)
+    for morph in extras["morphs"]:
+        target = targets[morph["name"]]
+        shared = {"target": target, "method": morph["method"]}
+        if "target" not in morph:
+            shared |= laws[target].entry()
+        for bend in morph.get("bends", ()):
+            yield _follower({**bend, "name": bend["target"], **shared})
 
 
 def comes_folded(keys: bpy.types.Key) -> bool:
     """Whether the file that bends came with has curves for the weights of its targets."""
-    imported_bends(keys)  # refuses what cannot be read
+    imported(keys)  # refuses what cannot be read
     mesh = keys.user
     return PROPERTY in mesh and any("fold" in morph for morph in mesh[PROPERTY]["morphs"])
 
 
-def _of_morph(morph: dict[str, Any]) -> dict[str, Any]:
-    return {"target": morph["target"], "method": morph["method"]}
+@contextmanager
+def _record(keys: bpy.types.Key) -> Iterator[list[dict[str, Any]]]:
+    try:
+        yield list(json.loads(keys.get(PROPERTY, '{"bends": []}'))["bends"])
+    except (ValueError, KeyError, TypeError) as error:
+        raise RefusedError(
+            f"the record of bends of {keys.user.name} cannot be read ({error!r}): delete its bend "
+            f"keys and the custom property {PROPERTY!r} of its shape keys, and bend it again"
+        ) from None
 
 
-def _entries(keys: bpy.types.Key) -> list[dict[str, Any]]:
-    return list(json.loads(keys.get(PROPERTY, '{"bends": []}'))["bends"])
+def _there(keys: bpy.types.Key, found: Sequence[Follower]) -> list[Follower]:
+    """Those that are keys and follow keys; a slider that drives itself too, Blender has not."""
+    known = {*keys.key_blocks.keys()}
+    return [
+        own
+        for own in found
+        if {own.name, *own.law.drivers} <= known and own.name not in own.law.drivers
+    ]
 
 
-def _bend(entry: dict[str, Any]) -> KeptBend:
-    curve = entry["curve"]
-    own = BendCurve(*(np.array(curve[part], float) for part in ("breaks", "coefficients")))
-    return KeptBend(entry["name"], entry["target"], own, entry["method"])
+def _follower(entry: dict[str, Any]) -> Follower:
+    law = Corrective.of({"drivers": [entry["target"]], **entry})
+    curve = entry["curve"] and curve_from_json(entry["curve"])
+    return Follower(entry["name"], entry["target"], law, curve, entry["method"])
 
 
-def _unreadable(keys: bpy.types.Key, error: Exception) -> RefusedError:
-    return RefusedError(
-        f"the record of bends of {keys.user.name} cannot be read ({error!r}): delete its bend keys "
-        f"and the custom property {PROPERTY!r} of its shape keys, and bend it again"
-    )
-
-
-def keep_bends(keys: bpy.types.Key, bends: Sequence[KeptBend]) -> None:
+def keep(keys: bpy.types.Key, found: Sequence[Follower]) -> None:
     """Write the record anew."""
-    if not bends:
-        if PROPERTY in keys:
-            del keys[PROPERTY]
-        return
     entries = [
         {
-            "name": bend.name,
-            "target": bend.target,
-            "method": bend.method,
-            "curve": {
-                "breaks": bend.curve.breaks.tolist(),
-                "coefficients": bend.curve.coefficients.tolist(),
-            },
+            "name": own.name,
+            "target": own.target,
+            "method": own.method,
+            **own.law.entry(),
+            "curve": own.curve and curve_to_json(own.curve),
         }
-        for bend in bends
+        for own in found
     ]
-    keys[PROPERTY] = json.dumps({"version": 1, "bends": entries})
+    if entries:
+        keys[PROPERTY] = json.dumps({"version": 1, "bends": entries})
+    elif PROPERTY in keys:
+        del keys[PROPERTY]
 
 
 def remove_bends(thing: bpy.types.Object, only: Collection[str] | None = None) -> int:
-    """Remove the bends of all keys, or of some: shape keys, drivers and keyframes."""
+    """Remove the bends of all keys, or of some: shape keys, drivers and keyframes.
+
+    Pair bends go with either key. What came with a file must have been adopted.
+    """
     keys = thing.data.shape_keys
-    gone = [name for name, host in bend_names(keys).items() if only is None or host in only]
-    kept = [bend for bend in kept_bends(keys) if bend.name not in gone]
+    names = bend_names(keys).items()
+    gone = [name for name, own in names if only is None or not {*only}.isdisjoint(own)]
+    kept = [own for own in followers(keys) if own.name not in gone]
     active = thing.active_shape_key.name if thing.active_shape_key else ""
     for name in gone:
         block = keys.key_blocks[name]
         for what in ("value", "mute"):
             remove_animation(keys, block.path_from_id(what))
         thing.shape_key_remove(block)
-    keep_bends(keys, kept)
-    if PROPERTY in thing.data and not imported_bends(keys):
-        del thing.data[PROPERTY]
+    keep(keys, kept)
     thing.active_shape_key_index = max(keys.key_blocks.find(active), 0)
     return len(gone)
 

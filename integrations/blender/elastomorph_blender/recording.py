@@ -11,9 +11,9 @@ from elastomorph.io.performance import read_performance
 from elastomorph.rig.performance import match
 
 from .actions import active_curves, set_keyframes
-from .bending import value_range
+from .bending import weight_range
 from .face import target_names
-from .record import driver_of, kept_bends
+from .record import correctives, driver_of, followers
 from .refusal import RefusedError
 
 
@@ -30,7 +30,7 @@ def import_performance(
     rate = scene.render.fps / scene.render.fps_base
     at_frames = performance.resampled(rate)
     frames = start + np.arange(len(at_frames), dtype=float)
-    names = list(dict.fromkeys(name for thing in things for name in target_names(thing)))
+    names = list(dict.fromkeys(name for thing in things for name in _sliders(thing)))
     matched = match(at_frames.names, names)
     if not matched.drives:
         raise RefusedError(
@@ -46,6 +46,11 @@ def import_performance(
     scene.frame_end = max(scene.frame_end, int(frames[-1]))
     scene.frame_set(scene.frame_current)
     return f"{len(frames):,} frames at {rate:g} fps; {matched.text()}"
+
+
+def _sliders(thing: bpy.types.Object) -> list[str]:
+    laws = correctives(thing.data.shape_keys)
+    return [name for name in target_names(thing) if name not in laws]
 
 
 def _require_free(thing: bpy.types.Object, names: Sequence[str]) -> None:
@@ -67,15 +72,14 @@ def _play(
     if not own:
         return
     curves = active_curves(keys)
-    bends = kept_bends(keys)
     for name, weights in own.items():
         block = keys.key_blocks[name]
         block.slider_min = min(block.slider_min, float(weights.min()))
         block.slider_max = max(block.slider_max, float(weights.max()))
         set_keyframes(curves, block.path_from_id("value"), frames, weights)
-        for bend in bends:
-            if bend.target == name:
-                follower = keys.key_blocks[bend.name]
-                least, most = value_range(bend.curve, block.slider_min, block.slider_max)
-                follower.slider_min = min(follower.slider_min, least)
-                follower.slider_max = max(follower.slider_max, most)
+    for follower in followers(keys):
+        if not own.keys().isdisjoint(follower.law.drivers):
+            block = keys.key_blocks[follower.name]
+            least, most = weight_range(keys, follower.law, follower.curve)
+            block.slider_min = min(block.slider_min, least)
+            block.slider_max = max(block.slider_max, most)

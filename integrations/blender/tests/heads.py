@@ -24,7 +24,7 @@ def small_head(*names: str):
 
 def stored(rig, *names: str):
     """Some targets of a rig, or all, as Blender stores them; with paths."""
-    chosen = names or tuple(rig.morphs)
+    chosen = names or rig.names
     return with_paths(single(rig.neutral), {name: single(rig[name].target) for name in chosen})
 
 
@@ -71,7 +71,7 @@ def add_head(
     thing = bpy.data.objects.new(name, mesh)
     bpy.context.scene.collection.objects.link(thing)
     thing.shape_key_add(name="Basis")
-    for target in names or rig.morphs:
+    for target in names or rig.names:
         block = thing.shape_key_add(name=target, from_mix=False)
         positions = rig[target].target.vertices[own]
         block.data.foreach_set("co", positions.astype(np.float32).ravel())

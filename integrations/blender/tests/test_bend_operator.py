@@ -39,7 +39,7 @@ def test_each_target_is_within_the_tolerance():
     rig = small_head()
     head = add_head(rig)
     bpy.ops.elastomorph.bend()
-    for name in {bend.rpartition(".")[0] for bend in bend_keys(head)}:
+    for name in {bend.rpartition(".")[0] for bend in bend_keys(head)}.intersection(rig.names):
         for t in (0.2, 0.5, 0.8, 1.0):
             set_weights(head, {name: t})
             assert apart(evaluated(head), rig.pose({name: t}), rig) < 1.1 * CLOSE
@@ -75,7 +75,7 @@ def test_drivers_need_no_permission_to_run_scripts():
     assert len(drivers) == 2 * len(bend_keys(head))  # of the weight, and of being muted
     for followed in drivers:
         driver = followed.driver
-        assert driver.type == "SUM" or driver.is_simple_expression
+        assert driver.type == "MAX" or driver.is_simple_expression
         assert driver.is_valid
 
 
@@ -152,7 +152,7 @@ def test_two_objects_are_one_face():
 
 
 def test_saved_and_loaded_it_is_the_same(tmp_path):
-    rig = small_head("jawOpen", "eyeBlink_L")
+    rig = small_head("jawOpen", "mouthClose")
     head = add_head(rig)
     weights = random_weights(rig.names, 5)
     set_keyframes(head, weights)
@@ -170,7 +170,7 @@ def test_saved_and_loaded_it_is_the_same(tmp_path):
 
 def test_each_operator_is_one_step_of_undo():
     """Called as a user does, with undo: bend, bake and remove, and the three of them undone."""
-    rig = small_head("jawOpen", "eyeBlink_L")
+    rig = small_head("jawOpen", "mouthClose")
     add_head(rig)
     bpy.ops.ed.undo_push(message="before")
     states = [state()]
@@ -185,8 +185,9 @@ def test_each_operator_is_one_step_of_undo():
         assert state() == expected
     bpy.ops.ed.redo()
     head = bpy.data.objects["Head"]
-    set_weights(head, {"jawOpen": 0.5})
-    assert apart(evaluated(head), rig.pose({"jawOpen": 0.5}), rig) < CLOSE
+    weights = {"jawOpen": 0.5, "mouthClose": 0.5}
+    set_weights(head, weights)
+    assert apart(evaluated(head), rig.pose(weights), rig) < CLOSE
 
 
 def state() -> tuple[list[str], int]:

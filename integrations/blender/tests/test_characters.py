@@ -108,11 +108,13 @@ def test_the_built_in_head_bends():
     """With eyes, teeth and lashes in its 23,979 vertices."""
     import elastomorph as em
 
-    names = ("jawOpen", "eyeBlinkLeft", "mouthPucker", "cheekPuff")
+    names = ("jawOpen", "mouthClose", "eyeBlinkLeft", "mouthPucker", "cheekPuff")
     rig = stored(em.read_rig("built-in"), *names)
     head = add_head(rig)
     assert bpy.ops.elastomorph.bend() == {"FINISHED"}
     assert len(bend_keys(head)) > 3
-    for weights in ({"jawOpen": 0.5}, {"jawOpen": 0.4, "eyeBlinkLeft": 0.5, "mouthPucker": 0.7}):
+    assert "jawOpen_mouthClose.bend1" in bend_keys(head)
+    several = {"jawOpen": 0.4, "eyeBlinkLeft": 0.5, "mouthPucker": 0.7}
+    for weights in ({"jawOpen": 0.5}, several, {"jawOpen": 0.6, "mouthClose": 0.5}):
         set_weights(head, {name: weights.get(name, 0.0) for name in names})
         assert apart(evaluated(head), rig.pose(weights), rig) < CLOSE
