@@ -69,8 +69,10 @@ def bend(
                 "all of its keys anew, not the active one only"
             )
     face = read_face(things)
-    whole = only and _joined(things, only).intersection(face.rig.morphs)
-    plan = make_plan(face.rig, method, only=whole, tolerance=tolerance)
+    known = [own for thing in things for own in followers(thing.data.shape_keys)]
+    straight = {own.name for own in known if own.method == "hold"}
+    whole = face.rig.morphs.keys() & (_joined(things, only) if only else face.rig.morphs.keys())
+    plan = make_plan(face.rig, method, only=whole - straight, tolerance=tolerance)
     bent = [
         morph for morph in plan.bent if only is None or not {*only}.isdisjoint(_law(morph).drivers)
     ]
@@ -125,7 +127,7 @@ def _add(part: Part, span: slice, bent: Sequence[BentMorph], extent: float) -> i
             offsets = field[span]
             if np.linalg.norm(offsets, axis=1).max() > _NOTHING * extent:
                 name = f"{morph.name}.bend{number}"
-                block, followed = _add_key(part, law, name, part.own(offsets), curve)
+                block, followed = add_key(part, law, name, part.own(offsets), curve)
                 added.append(Follower(block.name, morph.name, law, followed, morph.morph.method))
     keep(keys, [*followers(keys), *added])
     thing.active_shape_key_index = shown
@@ -133,18 +135,23 @@ def _add(part: Part, span: slice, bent: Sequence[BentMorph], extent: float) -> i
     return len(added)
 
 
-def _add_key(
-    part: Part, law: Corrective, name: str, offsets: NDArray[np.float64], curve: BendCurve
-) -> tuple[bpy.types.ShapeKey, BendCurve]:
-    """The key of a bend and the curve it follows, which is scaled where weights would end at 10."""
+def add_key(
+    part: Part,
+    law: Corrective,
+    name: str,
+    offsets: NDArray[np.float64],
+    curve: BendCurve | None = None,
+) -> tuple[bpy.types.ShapeKey, BendCurve | None]:
+    """A key that follows others, and the curve of a bend, scaled where weights would end at 10."""
     keys = part.keys
     block = part.thing.shape_key_add(name=name, from_mix=False)
     block.relative_key = keys.reference_key
     least, most = weight_range(keys, law, curve)
-    scale = max(1.0, -least / WIDEST, most / WIDEST)
+    scale = 1.0 if curve is None else max(1.0, -least / WIDEST, most / WIDEST)
     block.data.foreach_set("co", (part.basis + scale * offsets).astype(np.float32).ravel())
-    block.slider_min, block.slider_max = least / scale, most / scale
-    if scale > 1:
+    block.slider_min = max(least / scale, -WIDEST)
+    block.slider_max = min(most / scale, WIDEST)
+    if curve is not None and scale > 1:
         curve = BendCurve(curve.breaks, curve.coefficients / scale)
     drive(keys, block, law, curve)
     return block, curve

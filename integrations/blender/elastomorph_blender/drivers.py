@@ -93,7 +93,7 @@ def _law(law: Corrective, names: Sequence[str], numbers: Sequence[str]) -> str:
         "product": "*".join(names),
         "min": f"max(0,{low})",
         "softmin": f"{low}*pow(({powers})/{count},-1/{sharpness}) if {low}>0 else 0",
-        "hinge": f"max(0,{sum_of_gains}-1)",
+        "hinge": f"max(0,{sum_of_gains.replace('+-', '-')}-1)",
         "allMul": product,
         "extMul": f"{least}*{most}",
         "mulAvgExt": f"2*{least}*{most}/({least}+{most}) if {low}>0 else 0",

@@ -161,18 +161,19 @@ def _part(thing: bpy.types.Object) -> Part:
     to_world = np.array(_at_rest(thing))
     if not np.isfinite(to_world).all() or np.linalg.matrix_rank(to_world[:3, :3]) < 3:
         raise RefusedError(f"{thing.name} is scaled to 0 along an axis: give it a scale")
-    basis = _positions(keys.reference_key)
+    basis = positions(keys.reference_key)
     offsets = {}
     for name in target_names(thing):
         block = keys.key_blocks[name]
-        offset = _positions(block) - _positions(block.relative_key)
+        offset = positions(block) - positions(block.relative_key)
         if block.vertex_group in thing.vertex_groups:
             offset *= _group_weights(thing, block.vertex_group)[:, None]
         offsets[name] = offset
     return Part(thing, basis, offsets, to_world)
 
 
-def _positions(block: bpy.types.ShapeKey) -> Array:
+def positions(block: bpy.types.ShapeKey) -> Array:
+    """(V, 3) of a key, in the space of its object."""
     flat = np.empty(3 * len(block.data), dtype=np.float32)
     block.data.foreach_get("co", flat)
     return flat.astype(np.float64).reshape(-1, 3)

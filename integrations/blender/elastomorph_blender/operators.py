@@ -6,12 +6,14 @@ Blender reads properties from annotations as they are, so this module must not p
 import warnings
 
 import bpy
+import numpy as np
 from bpy.props import EnumProperty, FloatProperty, IntProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper
 
 from .baking import bake
 from .bending import adopt, bend
 from .face import selected_objects
+from .holding import hold_face
 from .preview import preview
 from .record import bend_names, remove_bends
 from .recording import import_performance
@@ -104,6 +106,24 @@ class BendShapeKeys(_OfShapeKeys, bpy.types.Operator):
         )
 
 
+class HoldLids(_OfShapeKeys, bpy.types.Operator):
+    """Lids that meet where several keys shut them."""
+
+    bl_idname = "elastomorph.hold"
+    bl_label = "Hold Lids"
+    bl_description = "Add keys that keep lids from sliding past each other, driven by all that shut"
+
+    def done(self, context: bpy.types.Context, things: list[bpy.types.Object]) -> str:
+        rows = hold_face(things).corrections
+        fractions = np.array([row.fractions for row in rows if row.targets]).reshape(-1, 2)
+        notes = [row.note for row in rows if row.note]
+        if len(fractions):
+            before, after = 100 * fractions.max(axis=0)
+            said = f"{len(fractions)} keys hold lids: at most {after:.2g} % of the size of the face"
+            notes.insert(0, f"{said} past each other in place of {before:.2g} %")
+        return "; ".join(notes) or "There is nothing to hold"
+
+
 class RemoveBends(_OfShapeKeys, bpy.types.Operator):
     """The shape keys as they were before."""
 
@@ -181,7 +201,7 @@ def _active_targets(context: bpy.types.Context) -> tuple[str, ...]:
     return bend_names(keys).get(block.name, (block.name,))
 
 
-CLASSES = (BendShapeKeys, RemoveBends, PreviewPath, ImportPerformance, BakeForExport)
+CLASSES = (BendShapeKeys, HoldLids, RemoveBends, PreviewPath, ImportPerformance, BakeForExport)
 
 
 def register() -> None:

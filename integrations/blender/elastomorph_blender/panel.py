@@ -34,6 +34,7 @@ class ShapeKeyBends(bpy.types.Panel):
         slider.enabled = _movable(context.object)
         slider.prop(context.object, "elastomorph_preview", slider=True)
         column = layout.column(align=True)
+        column.operator("elastomorph.hold")
         column.operator("elastomorph.import_performance", icon="IMPORT")
         column.operator("elastomorph.bake", icon="KEYFRAME")
         names = bend_names(keys)

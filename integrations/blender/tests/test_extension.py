@@ -73,7 +73,7 @@ def test_the_panel_offers_what_there_is():
     for name in asked.operators:
         group, _, operator = name.partition(".")
         assert getattr(getattr(bpy.ops, group), operator).poll()
-    assert len(asked.operators) == 4
+    assert len(asked.operators) == 5
     assert asked.labels == ["0 bends of 0 keys"]
     assert asked.properties == ["elastomorph_preview"]
     bpy.ops.elastomorph.bend()
