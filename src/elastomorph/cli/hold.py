@@ -128,24 +128,18 @@ def _tell(held: Held, written: Path | None) -> None:
     from rich.console import Console
 
     console = Console()
-    headers = ("corrective", "law", "sliders", "before", "after", "% of D", "frames", "targets")
-    table = plain_table(("corrective", "law"), headers)
+    headers = ("corrective", "by", "sliders", "damage", "% of D", "frames")
+    table = plain_table(("corrective", "by"), headers)
     for own in held.corrections:
         if own.law:
             before, after = own.fractions
-            table.add_row(
-                own.name,
-                own.law,
-                str(len(own.drivers)),
-                f"{own.before:.3g}",
-                f"{own.after:.3g}",
-                f"{100 * before:.2f} → {100 * after:.2f}",
-                str(own.frames),
-                str(own.targets),
-            )
+            damage = f"{own.before:.2g} → {own.after:.2g}", f"{100 * before:.2f} → {100 * after:.2f}"
+            table.add_row(own.name, own.law, str(len(own.drivers)), *damage, str(own.frames))
     if table.row_count:
         console.print(table)
     lines = [own.note for own in held.corrections if own.note]
+    cost = sum(own.targets for own in held.corrections)
+    lines.append(f"{cost} morph targets are added" if cost else "nothing is added")
     lines.append("nothing was written" if written is None else f"written: {written}")
     for line in lines:
         console.print(line, markup=False, highlight=False, soft_wrap=True)
