@@ -22,7 +22,9 @@ from elastomorph.rig import Rig
 from elastomorph.rig.laws import LAWS
 from elastomorph.rig.performance import Performance, slider_weights
 from elastomorph.viewer import Scene, SceneModel
-from small_head import head, shapes
+from elastomorph.viewer.file_scenes import read_scene
+from foreign_files import write_foreign_glb
+from small_head import head, shapes, straight
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -150,6 +152,20 @@ def test_a_take_plays_by_laws_and_is_saved_so(visit: Visit, tmp_path: Path) -> N
     for frame in range(len(times)):
         apart = distances(rig.pose(found[frame]), rig.pose(expected[frame]))
         assert apart.max() < WITHIN * rig.neutral.diameter
+
+
+def test_a_character_of_others_has_its_pair_bends(visit: Visit, tmp_path: Path) -> None:
+    """Its own file is shown, with what was made of its targets in it."""
+    file = write_foreign_glb(tmp_path / "theirs.glb", straight("jawOpen", "mouthClose"))
+    rig = em.read_rig(file)
+    assert [*rig.pair_bends()] == [PAIR]
+    page = visit(read_scene([str(file)]), size=SMALL)
+    pose = {"jawOpen": 0.6, "mouthClose": 0.5}
+    update(page, weights=pose, t=1)
+    assert off(page, rig.pose(pose)) < WITHIN
+    update(page, correctivesOff=[PAIR])
+    assert off(page, without(rig, PAIR).pose(pose)) < WITHIN
+    assert off(page, rig.pose(pose)) > 10 * WITHIN
 
 
 @pytest.mark.slow
