@@ -129,6 +129,58 @@ def test_every_verb_makes_the_path_that_was_shown(tmp_path: Path) -> None:
             assert error < 2e-5 * rig.neutral.diameter, name
 
 
+PAIR = "jawOpen_mouthClose"
+
+
+def pair_of(rig: Rig) -> np.ndarray:
+    """What the pair bend of a rig moves where both sliders are half way; nothing without one."""
+    if PAIR not in rig:
+        return np.zeros_like(rig.neutral.vertices)
+    assert rig.sliders.correctives[PAIR] == em.Corrective(("jawOpen", "mouthClose"), "min")
+    return rig[PAIR].at(0.5) - rig.neutral.vertices
+
+
+@pytest.mark.parametrize("source", ["meshes", "rig"])
+def test_a_pair_bend_is_made_anew_with_its_paths(tmp_path: Path, source: str) -> None:
+    """It is no target; it goes where one of its paths is straight, and comes back as that bends."""
+    folder, own, scale = tmp_path / "Ada", shapes(), head().diameter
+    folder.mkdir()
+    targets = {name: own[name] for name in ("jawOpen", "mouthClose", "eyeBlink_L")}
+    if source == "rig":
+        em.write(folder / "head.glb", Rig(head(), targets))
+        (folder / "elastomorph.toml").write_text('[character]\nrig = "head.glb"\n')
+    else:
+        for name, mesh in {"neutral": head(), **targets}.items():
+            em.write(folder / f"{name}.obj", mesh)
+    first = NamedRig.of(str(folder)).full(print)
+    assert np.linalg.norm(pair_of(first), axis=1).max() > 0.005 * scale
+    shown: dict[str, Rig] = {}
+    with serving(folder) as server:
+        assert {row["name"] for row in ask(server, "methods")["done"]["rows"]} == {*targets}
+        assert "no slider" in ask(server, "methods", target=PAIR, method="arc")["problem"]
+        assert "no slider" in ask(server, "save", choices={PAIR: "arc"}, known={})["problem"]
+        known: dict[str, str] = {}
+        for method in ("linear", "rotation", "arc"):
+            done = ask(server, "save", choices={"mouthClose": method}, known=known)["done"]
+            known = {"mouthClose": method}
+            shown[method] = read_back(get(server, done["glb"])[1], tmp_path)
+            anew = pair_of(NamedRig.of(str(folder)).full(print))
+            np.testing.assert_allclose(pair_of(shown[method]), anew, atol=1e-5 * scale)
+        done = ask(server, "save", choices={"eyeBlink_L": "linear"}, known={})["done"]
+        kept = read_back(get(server, done["glb"])[1], tmp_path)
+    assert PAIR not in shown["linear"]
+    assert PAIR not in shown["linear"].sliders.correctives
+    for method in ("rotation", "arc"):
+        found = shown[method]
+        both = found.pose({"jawOpen": 0.5, "mouthClose": 0.5})
+        target = head().with_vertices(
+            head().vertices + found["jawOpen"].delta + found["mouthClose"].delta
+        )
+        expected = em.interpolate(head(), target, "auto").at(0.5)
+        assert np.abs(both - expected).max() < 2e-4 * scale
+    np.testing.assert_allclose(pair_of(kept), pair_of(shown["arc"]), atol=1e-6 * scale)
+
+
 def run(*words: object) -> None:
     """A call of the program."""
     with pytest.raises(SystemExit) as stopped:

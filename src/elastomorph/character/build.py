@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import glob
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +25,9 @@ from elastomorph.paths import Method, prepare, through
 from elastomorph.paths.region import blend_into_rest, laid_over, weights_inside
 from elastomorph.rig import Rig
 from elastomorph.rig.build import bare_rig, extent_of
+from elastomorph.rig.laws import Corrective
+from elastomorph.rig.pairs import pair_bends
+from elastomorph.rig.sliders import named_correctives
 
 
 def rig_from_settings(
@@ -78,17 +81,15 @@ def _built(
         rig = rig_as_stored(sources.rig, mesh=own, root=settings.root) if stored is None else stored
         settings.require_names(rig.morphs)
     maker = PathMaker(settings, rig.neutral, rig)
+    targets = rig.targets
     morphs: dict[str, Morph] = {}
-    for name, morph in rig.morphs.items():
+    for name, target in targets.items():
         what = name if sources.rig else f"the path to {name}"
-        say(f"{what}, {len(morphs) + 1} of {len(rig.morphs)}")
-        morphs[name] = maker.path(name, morph.target, own=morph)
-    return Rig(
-        rig.neutral,
-        morphs,
-        correctives=settings.correctives or rig.sliders.correctives,
-        groups=settings.members(morphs) or rig.sliders.groups,
-    )
+        say(f"{what}, {len(morphs) + 1} of {len(targets)}")
+        morphs[name] = maker.path(name, target, own=rig[name])
+    correctives = named_correctives(settings.correctives) or rig.sliders.correctives
+    groups = settings.members(morphs) or rig.sliders.groups
+    return maker.rig(rig, morphs, {**correctives, **rig.pair_bends()}, groups, say)
 
 
 def _what_paths_depend_on(settings: Settings) -> list[object]:
@@ -158,6 +159,41 @@ class PathMaker:
             self._neutral, self.network, self._part.vertices, self._part.falloff
         )
         return blend_into_rest(lambda _: morph, weights, self._part.rest)(target)
+
+    def rig(
+        self,
+        before: Rig,
+        morphs: Mapping[str, Morph],
+        correctives: Mapping[str, Corrective],
+        groups: Mapping[str, Sequence[str]],
+        say: Callable[[str], None] = lambda _: None,
+    ) -> Rig:
+        """The rig of paths, with a pair bend of those that turn and meet.
+
+        Pair bends of the rig before stay where both paths are what they were.
+        """
+        made = {name for name, morph in morphs.items() if morph is not before[name]}
+        kept, whole = before.pair_bends(made), dict(morphs)
+        gone = before.pair_bends().keys() - kept
+        whole |= {name: before[name] for name in kept}
+        left = {name: own for name, own in correctives.items() if name not in gone}
+        others = {name for pair in gone for name in before.sliders.drivers(pair)}
+        among = [
+            n for n, m in morphs.items() if self._turns(n, m.choice is not None or n in others)
+        ]
+        if made and among:
+            # The path to both is made as most are, if those turn.
+            path = partial(self.path, "" if self._turns("") else among[0])
+            scale = self._extent or self._neutral.diameter
+            pairs, driven = pair_bends(self._neutral, whole, left, path, scale, among, say, made)
+            whole, left = whole | pairs, left | driven
+        return Rig(self._neutral, whole, correctives=left, groups=groups)
+
+    def _turns(self, name: str, otherwise: bool = True) -> bool:
+        """Whether the method stated for a target turns what moves; otherwise where none is."""
+        choice = self._settings.choice_for(name)
+        between = name in self._settings.inbetweens
+        return not between and (choice.method().turns if choice else otherwise)
 
     def _everywhere(self, name: str, target: Mesh, own: Morph | None) -> Morph:
         if between := self._settings.inbetweens.get(name):

@@ -79,7 +79,7 @@ def survey(
         say(f"reading {rigs[0].name}")
         rig = rig_as_stored(rigs[0])
         vertices = len(rig.neutral.vertices)
-        found = Survey(place, None, {}, rigs[0], vertices, tuple(rig.morphs))
+        found = Survey(place, None, {}, rigs[0], vertices, tuple(rig.targets))
         others = tuple(rigs[1:])
     else:
         rest = _neutral(place, neutral)

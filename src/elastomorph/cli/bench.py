@@ -37,7 +37,7 @@ def bench(
     from elastomorph.evaluation.speed import PAPER_MILLISECONDS, PAPER_VERTICES, face_speeds
 
     face_rig = options.NamedRig.of(rig, settings, method, mesh).expressions(say, expressions)
-    targets = [morph.target for morph in face_rig.morphs.values()]
+    targets = list(face_rig.targets.values())
     count, speeds = face_speeds(
         face_rig.neutral, targets, method=method, levels=levels, t=t, repeats=repeats, say=say
     )

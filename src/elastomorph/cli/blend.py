@@ -81,7 +81,7 @@ def blend(
         from elastomorph.draw import expression_strip
 
         say("drawing expressions")
-        expression_strip(dict(face_rig.morphs), grid)
+        expression_strip({name: face_rig[name] for name in face_rig.targets}, grid)
         found["grid"] = str(grid)
     return Answer(found, lambda: print_facts(found, 12))
 

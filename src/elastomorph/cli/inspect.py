@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from elastomorph.model.inspection import Displacement, MeshFacts
     from elastomorph.model.morph import Morph
+    from elastomorph.rig.laws import Corrective
 
 
 @verb
@@ -60,7 +61,7 @@ def inspect(
         neutral = read(first) if rig is None else rig.neutral
         facts = mesh_facts(neutral)
         if rig is not None:
-            changes = {n: displacement(neutral, m.target) for n, m in rig.morphs.items()}
+            changes = {n: displacement(neutral, target) for n, target in rig.targets.items()}
     if mesh and (rig is None or len(files) > 1):
         raise ParameterError("--mesh is for a rig file by itself")
     if len(files) > 1 and (changes or facts is None):
@@ -70,6 +71,7 @@ def inspect(
         say(f"reading {file}")
         changes[str(file)] = displacement(neutral, read(file))
     morphs = {} if rig is None else rig.morphs
+    correctives = {} if rig is None else rig.sliders.correctives
 
     def tell() -> None:
         typer.echo(str(first))
@@ -77,37 +79,58 @@ def inspect(
             print_facts(_lines(facts), 20)
         for line in _made_with(used, first):
             typer.echo(line)
-        _tell(changes, morphs)
+        _tell(changes, morphs, correctives)
 
     made = {} if used is None else {"settings": used}
     known = {} if facts is None else {**asdict(facts), "targets": _targets(changes, morphs)}
+    if correctives:
+        paths = {name: _path(morphs[name]) for name in correctives if name not in changes}
+        known["correctives"] = {
+            name: own.entry() | paths.get(name, {}) for name, own in correctives.items()
+        }
     return Answer({"file": str(first), **known, **made}, tell)
 
 
-def _tell(changes: Mapping[str, Displacement], morphs: Mapping[str, Morph]) -> None:
+def _tell(
+    changes: Mapping[str, Displacement],
+    morphs: Mapping[str, Morph],
+    correctives: Mapping[str, Corrective],
+) -> None:
     if changes:
         typer.echo("\n  moved vertices   largest   mean of moved   target  (% of D)")
     for name, change in changes.items():
         way = ""
         if name in morphs:
-            morph = morphs[name]
-            way = f"  ({morph.method if morph.choice is None else morph.choice.text})"
+            way = f"  ({_words(morphs[name])})"
         typer.echo(
             f"{change.moved:>16,} {change.largest:>9.3%} {change.mean_of_moved:>15.3%}   "
             f"{name}{way}"
         )
+    if correctives:
+        typer.echo("\n  correctives, and the sliders that drive them")
+    for name, own in correctives.items():
+        shape = "" if name in changes else f"  ({_words(morphs[name])})"
+        typer.echo(f"    {name}: {own.law} of {', '.join(own.drivers)}{shape}")
+
+
+def _words(morph: Morph) -> str:
+    return morph.method if morph.choice is None else morph.choice.text
 
 
 def _targets(
     changes: Mapping[str, Displacement], morphs: Mapping[str, Morph]
 ) -> dict[str, dict[str, Any]]:
+    return {
+        name: asdict(change) | (_path(morphs[name]) if name in morphs else {})
+        for name, change in changes.items()
+    }
+
+
+def _path(morph: Morph) -> dict[str, Any]:
     from elastomorph.io.choices import choice_to_json
 
-    targets = {name: asdict(change) for name, change in changes.items()}
-    for name, morph in morphs.items():
-        choice = choice_to_json(morph.choice)
-        targets[name] |= {"method": morph.method, "bends": len(morph.bends), "choice": choice}
-    return targets
+    choice = choice_to_json(morph.choice)
+    return {"method": morph.method, "bends": len(morph.bends), "choice": choice}
 
 
 def _made_with(used: dict[str, Any] | None, file: Path) -> list[str]:

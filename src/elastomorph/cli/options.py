@@ -227,9 +227,9 @@ class NamedRig:
         rig = self.stored(say) if settings is None else self.full(say)
         five = [name for name in EXPRESSIONS if name in rig.morphs]
         if len(five) < len(EXPRESSIONS):
-            targets = {name: morph.target for name, morph in rig.morphs.items()}
+            targets = rig.targets
             composed = compose_expressions(rig.neutral, targets)
-            five = list(composed or rig.morphs)[: len(EXPRESSIONS)]
+            five = list(composed or rig.targets)[: len(EXPRESSIONS)]
             rig = bare_rig(rig.neutral, composed) if composed else rig
             if composed and settings is not None:
                 from elastomorph.character import PathMaker

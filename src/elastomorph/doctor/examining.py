@@ -97,7 +97,7 @@ def examine_rig(
     Raises:
         ParameterError: As `examine`.
     """
-    targets = {name: morph.target for name, morph in rig.morphs.items()}
+    targets = rig.targets
     name = file or rig.neutral.name
     if name in targets:
         name = f"{name} (rig)"

@@ -204,7 +204,7 @@ def contact_sheet(
         Face(pose, " ".join(f"{weight:.1f}".removeprefix("0") for weight in row))
         for pose, row in zip(poses, weights, strict=True)
     ]
-    words = method_words(rig.morphs.values())
+    words = method_words(rig[name] for name in rig.targets)
     return face_sheet(
         rig.neutral,
         in_rows(faces, columns),

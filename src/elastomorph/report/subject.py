@@ -83,7 +83,7 @@ def rig_subject(place: str | Path, rig: Rig) -> Subject:
     if not rig.names:
         raise FormatError(place, "there are no targets in it; name a rig with shapes to judge")
     neutral = rig.neutral
-    targets = {name: morph.target for name, morph in rig.morphs.items()}
+    targets = rig.targets
     jaw = _jaw(neutral, targets)
     return Subject(
         place.stem if place.is_file() else place.name or place.resolve().name,

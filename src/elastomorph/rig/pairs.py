@@ -100,6 +100,7 @@ def pair_bends(
     extent: float,
     among: Collection[str],
     say: Callable[[str], None] = lambda _: None,
+    anew: Collection[str] | None = None,
 ) -> tuple[dict[str, Morph], dict[str, Corrective]]:
     """The pair bends of the paths that meet, and what drives each, by their names.
 
@@ -111,6 +112,7 @@ def pair_bends(
         extent: D.
         among: Names of the paths that are looked at.
         say: Told what is being made.
+        anew: One of a pair at least is among these; by default all pairs are looked at.
     """
     moved = {n: _Moved.of(m) for n, m in morphs.items() if n in among and m.delta.any()}
     # Of a corrective its drivers decide where it is, and with what it meets.
@@ -118,6 +120,7 @@ def pair_bends(
     ratios = {
         pair: _ratio(moved[pair[0]], moved[pair[1]], extent or 1.0)
         for pair in combinations(free, 2)
+        if anew is None or not {*pair}.isdisjoint(anew)
     }
     found = [pair for pair, ratio in ratios.items() if ratio > RATIO]
     made: dict[tuple[str, str], Morph] = {}

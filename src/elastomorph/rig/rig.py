@@ -207,6 +207,12 @@ class Rig:
             if is_pair_bend(self.morphs[name]) and not {*own.drivers} & {*without}
         }
 
+    @property
+    def targets(self) -> dict[str, Mesh]:
+        """The target of each morph that has a shape: of all but the pair bends."""
+        pairs = self.pair_bends()
+        return {name: morph.target for name, morph in self.morphs.items() if name not in pairs}
+
     def pose(self, weights: Weights) -> NDArray[np.float64]:
         """Positions under slider weights, as an animator sets them.
 

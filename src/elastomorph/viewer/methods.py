@@ -145,9 +145,9 @@ class MethodBench:
         with self._lock:
             rig = self._whole(say)
             if "target" not in asked:
-                return {"rows": self._rows(rig, rig.morphs, say), "methods": Method.texts()}
+                return {"rows": self._rows(rig, rig.targets, say), "methods": Method.texts()}
             target, method = _text(asked, "target"), _text(asked, "method")
-            rig.sliders.require(target, rig.sliders.morphs)
+            rig.sliders.require(target, tuple(rig.targets))
             say(f"{target}: {method or 'as without a choice'}")
             with catch_warnings(record=True) as warned:
                 simplefilter("always")
@@ -168,21 +168,19 @@ class MethodBench:
             if before is None:
                 raise ParameterError("there are no settings to keep a choice in")
             for name in choices:
-                rig.sliders.require(name, rig.sliders.morphs)
+                rig.sliders.require(name, tuple(rig.targets))
             say(f"writing {before.path.name}")
             after = self._own(save_methods(before.path, choices, known))
-            changed = _changed(before, after, rig.morphs)
+            changed = _changed(before, after, rig.targets)
             if (before.regions, before.character.curves) != (after.regions, after.character.curves):
                 self._maker = None
             self._settings = after
             morphs = {
-                name: self._kept(rig, name, after, say) if name in changed else morph
-                for name, morph in rig.morphs.items()
+                name: self._kept(rig, name, after, say) if name in changed else rig[name]
+                for name in rig.targets
             }
-            sliders = rig.sliders
-            self._rig = Rig(
-                rig.neutral, morphs, correctives=sliders.correctives, groups=sliders.groups
-            )
+            sliders, maker = rig.sliders, self._made_by(rig, after)
+            self._rig = maker.rig(rig, morphs, sliders.correctives, sliders.groups, say)
             say("packing the face")
             scene = self._subject.scene(self._rig)
             self._shelf["model-0.glb"] = model_file(scene.models[0].glb)
@@ -192,8 +190,7 @@ class MethodBench:
     def _whole(self, say: Say) -> Rig:
         if self._rig is None:
             self._rig = self._subject.rig(say)
-            targets = {name: morph.target for name, morph in self._rig.morphs.items()}
-            self._named = ways_by_name(targets)
+            self._named = ways_by_name(self._rig.targets)
         return self._rig
 
     def _rows(self, rig: Rig, names: Iterable[str], say: Say) -> list[dict[str, Any]]:
@@ -242,15 +239,18 @@ class MethodBench:
         choice = repr((settings.choice_for(target), settings.inbetweens.get(target)))
         key = (target, choice, repr((settings.regions, settings.character)))
         if key not in self._made:
-            if self._maker is None:
-                self._maker = PathMaker(settings, rig.neutral, rig)
             own = self._as_stored(say).morphs[target] if settings.character.rig else None
-            maker = self._maker.with_settings(settings)
+            maker = self._made_by(rig, settings)
             self._made[key] = maker.path(target, rig.morphs[target].target, own=own)
             if len(self._made) > _MOST_KEPT:
                 self._made.popitem(last=False)
         self._made.move_to_end(key)
         return self._made[key]
+
+    def _made_by(self, rig: Rig, settings: Settings) -> PathMaker:
+        if self._maker is None:
+            self._maker = PathMaker(settings, rig.neutral, rig)
+        return self._maker.with_settings(settings)
 
     def _as_stored(self, say: Say) -> Rig:
         if self._stored is None:

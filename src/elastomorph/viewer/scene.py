@@ -18,10 +18,11 @@ ROLES: tuple[Role, ...] = ("rig", "method", "truth")
 
 # The parts of the page's state that a scene may begin with.
 START = (
-    "weights", "t", "mirror", "arrangement", "shown", "swipe", "ghost", "onion", "orbits",
-    "picked", "grab", "pins", "heat", "against", "heatTop", "wireframe", "loops", "shading",
-    "light", "headTurns", "theme", "playing", "repeat", "timing", "seconds", "clip", "clipTime",
-    "live", "poses", "favourites", "folded", "takes", "range", "speed", "soundOffsets", "methods",
+    "weights", "t", "correctivesOff", "mirror", "arrangement", "shown", "swipe", "ghost", "onion",
+    "orbits", "picked", "grab", "pins", "heat", "against", "heatTop", "wireframe", "loops",
+    "shading", "light", "headTurns", "theme", "playing", "repeat", "timing", "seconds", "clip",
+    "clipTime", "live", "poses", "favourites", "folded", "takes", "range", "speed", "soundOffsets",
+    "methods",
 )  # fmt: skip
 
 

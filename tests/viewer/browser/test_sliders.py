@@ -124,7 +124,7 @@ def test_groups(visit: Visit, faces: Faces) -> None:
     page = visit(faces.alone, **COARSE)
     headings = page.locator(".group h2").all_inner_texts()
     names = [heading.split("\n")[0].strip() for heading in headings]
-    assert names == ["Lids", "Brows", "Jaw", "Mouth", "Other"]
+    assert names == ["Lids", "Brows", "Jaw", "Mouth", "Other", "Correctives"]
     lids = page.get_by_role("button", name="Lids")
     assert lids.get_attribute("aria-expanded") == "true"
     lids.focus()

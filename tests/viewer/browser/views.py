@@ -26,7 +26,7 @@ CALM = {
         "heatTop": None,
     },
     **{"wireframe": False, "loops": False, "shading": "smooth", "light": "studio"},
-    **{"poses": [], "favourites": [], "folded": []},
+    **{"poses": [], "favourites": [], "folded": [], "correctivesOff": []},
 }
 
 
@@ -45,6 +45,14 @@ def _sliders(page: Page, faces: Faces) -> None:
 def _search(page: Page, faces: Faces) -> None:
     _show(page, "Sliders", weights=SMILE, mirror=True)
     page.get_by_role("searchbox").fill("smile")
+
+
+def _correctives(page: Page, faces: Faces) -> None:
+    folded = ["Lids", "Brows", "Jaw", "Mouth", "Other"]
+    _show(page, "Sliders", weights=SMILE, correctivesOff=["squash"], folded=folded)
+    opener = page.get_by_role("button", name="Correctives")
+    if opener.get_attribute("aria-expanded") == "false":
+        opener.click()
 
 
 def _poses(page: Page, faces: Faces) -> None:
@@ -133,6 +141,7 @@ View = Callable[["Page", Faces], None]
 VIEWS: dict[str, View] = {
     "sliders": _sliders,
     "search": _search,
+    "correctives": _correctives,
     "poses": _poses,
     "side by side": _side,
     "three": _three,

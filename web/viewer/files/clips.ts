@@ -2,7 +2,7 @@
 // channel is played as glTF says, straight between keys, in steps or along splines; steps become a key
 // just before the jump, splines as many as a player could tell apart.
 import { Quaternion } from 'three';
-import type { Clip, Corrective, Morph } from '../types/model';
+import type { Clip, Model } from '../types/model';
 import { floats } from './accessors';
 import { isEntry, type Entry, type GltfDocument } from './document';
 import type { PlacedMesh } from './nodes';
@@ -12,6 +12,9 @@ import { anglesOf, continuous, headNode, restOf, type Rest } from './turning';
 const JUMP = 1e-4; // seconds before a jump, where the value before it ends
 const BETWEEN = 8; // keys put into each stretch of a spline
 const FARTHEST = 8; // time of a path
+const HALVINGS = 40; // to the last bit of single precision
+
+type Paths = Pick<Model, 'morphs' | 'bender'>;
 
 interface Channel {
   readonly times: Float32Array;
@@ -28,8 +31,7 @@ export function readClips(
   file: GltfDocument,
   placed: readonly PlacedMesh[],
   targetNames: readonly string[],
-  morphs: readonly Morph[],
-  correctives: readonly Corrective[],
+  paths: Paths,
 ): Clip[] {
   const ofNode = new Map(placed.map((mesh) => [mesh.node, mesh.mesh]));
   const clips: Clip[] = [];
@@ -45,7 +47,7 @@ export function readClips(
       .flatMap((entry) => channel(file, animation, entry, ofNode) ?? []);
     if (channels.length === 0) return;
     const turned = turnedHead(file, animation);
-    const clip = clipOf(name, channels, targetNames, morphs, correctives, turned);
+    const clip = clipOf(name, channels, targetNames, paths, turned);
     const moving = [...clip.tracks.keys()];
     const playsOne = moving.length === 1 && moving[0] === name;
     if (clip.heads || (moving.length > 0 && !playsOne)) clips.push(clip);
@@ -104,8 +106,7 @@ function clipOf(
   name: string,
   channels: readonly Channel[],
   targetNames: readonly string[],
-  morphs: readonly Morph[],
-  correctives: readonly Corrective[],
+  paths: Paths,
   turned: Turned | null,
 ): Clip {
   const moments = Float32Array.from(
@@ -114,7 +115,7 @@ function clipOf(
   );
   const times = Float64Array.from(new Set(moments)).sort();
   const tau = new Map<string, Float32Array>();
-  for (const { name: morph, delta, fold } of morphs) {
+  for (const { name: morph, delta, fold } of paths.morphs) {
     const target = targetNames[delta]!;
     const source = channels.find(({ names }) => names.includes(target));
     if (!source) continue;
@@ -123,9 +124,9 @@ function clipOf(
   }
   const tracks = new Map<string, Float32Array>();
   for (const [morph, track] of tau) {
-    const corrective = correctives.find((c) => c.name === morph);
-    if (corrective && !corrective.drivers.includes(morph)) continue;
-    const own = corrective ? undriven(track, corrective, tau) : track;
+    const column = paths.bender.sliders.indexOf(morph);
+    if (column < 0) continue;
+    const own = undriven(track, column, paths, tau);
     if (own.some((weight) => weight !== 0)) tracks.set(morph, own);
   }
   const heads =
@@ -177,31 +178,50 @@ function rotationsAt(keys: Channel, at: Float64Array): Quaternion[] {
   });
 }
 
-/** The time of a path at which its target has a weight, by bisection. */
+/** The time of a path at which its target has a weight. */
 function unfolded(weight: number, fold: (t: number) => number): number {
   if (weight === 0) return 0; // to the last bit, so that what is at rest counts as such
-  let low = weight < 0 ? -FARTHEST : 0;
-  let high = weight > 1 ? FARTHEST : 1;
-  for (let step = 0; step < 40; step += 1) {
+  return bisected(weight < 0 ? -FARTHEST : 0, weight > 1 ? FARTHEST : 1, (t) => fold(t) < weight);
+}
+
+/** Where from low to high what is too low ends. */
+function bisected(low: number, high: number, isLow: (middle: number) => boolean): number {
+  for (let step = 0; step < HALVINGS; step += 1) {
     const middle = (low + high) / 2;
-    if (fold(middle) < weight) low = middle;
+    if (isLow(middle)) low = middle;
     else high = middle;
   }
   return (low + high) / 2;
 }
 
-/** The slider of a corrective that others drive with it: its weight over the product of theirs. */
+/**
+ * The slider of a path from the weight of the path: of a corrective that others drive with it, what
+ * gives it that weight, as Corrective.driven_by of the package.
+ */
 function undriven(
   track: Float32Array,
-  { name, drivers }: Corrective,
+  column: number,
+  { bender }: Paths,
   tau: ReadonlyMap<string, Float32Array>,
 ): Float32Array {
-  return track.map((weight, i) =>
-    drivers
-      .filter((driver) => driver !== name)
-      .map((driver) => tau.get(driver)?.[i] ?? 0)
-      .reduce((own, other) => (Math.abs(other) > 1e-6 ? own / other : 0), weight),
-  );
+  const { sliders, morphs } = bender;
+  const number = morphs.findIndex(({ name }) => name === sliders[column]);
+  const { drivers, law } = morphs[number]!;
+  const others = drivers.filter((driver) => driver !== column);
+  if (others.length === 0 && law === 'product') return track;
+  const tracks = sliders.map((slider) => tau.get(slider));
+  return track.map((weight, i) => {
+    const values = tracks.map((own) => own?.[i] ?? 0);
+    if (law === 'product') {
+      const rest = others.reduce((all, driver) => all * values[driver]!, 1);
+      return Math.abs(rest) > 1e-6 ? weight / rest : 0;
+    }
+    if (weight === 0) return 0;
+    return bisected(0, 1, (middle) => {
+      values[column] = middle;
+      return bender.times(values)[number]! < weight;
+    });
+  });
 }
 
 /** Times between which a channel is straight. */

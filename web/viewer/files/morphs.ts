@@ -4,12 +4,18 @@ import { Bender, type DescribedMorph, type MeshExtras } from '../../../runtimes/
 import type { Model, Morph } from '../types/model';
 import { type Entry, isEntry } from './document';
 
-type Described = Pick<Model, 'morphs' | 'correctives' | 'groups' | 'bender' | 'sliders'>;
+type Described = Pick<Model, 'morphs' | 'groups' | 'bender' | 'sliders'>;
 type Stored = NonNullable<MeshExtras['elastomorph']> & {
   readonly groups?: Model['groups'];
   /** Of the first of the meshes that one surface is stored as. */
   readonly whole?: { readonly targets?: readonly string[]; readonly groups?: Model['groups'] };
 };
+
+/** What has a place among the targets: its own, or the first of its bends. */
+interface Placed {
+  readonly target?: string;
+  readonly bends?: readonly { readonly target: string }[];
+}
 
 /** The paths of a file; `stored` is `extras.elastomorph` of each mesh that has it. */
 export function readMorphs(stored: readonly unknown[], targetNames: readonly string[]): Described {
@@ -26,21 +32,28 @@ export function readMorphs(stored: readonly unknown[], targetNames: readonly str
 
 function described(stored: Stored, targetNames: readonly string[]): Described {
   const bender = new Bender({ elastomorph: stored }, targetNames); // refuses what does not fit
-  const { morphs = [], correctives = [], groups = [] } = stored;
+  const { morphs = [], groups = [] } = stored;
   const used = new Set(
     morphs.flatMap(({ target, bends = [] }) => [target, ...bends.map((bend) => bend.target)]),
   );
   const numberOf = new Map(targetNames.map((name, i) => [name, i]));
-  const paths = morphs.map((morph) => path(morph, numberOf.get(morph.target)!, stored.version));
+  const paths = morphs.flatMap((morph) => path(morph, numberOf, stored.version));
   targetNames.forEach((name, delta) => {
     if (!used.has(name)) paths.push({ name, delta, fold: null });
   });
   const names = new Set(paths.map(({ name }) => name));
   const fit = groups.filter(({ members }) => members?.every((name) => names.has(name)));
-  return { morphs: paths, correctives, groups: fit, bender, sliders: bender.sliders };
+  return { morphs: paths, groups: fit, bender, sliders: bender.sliders };
 }
 
-function path({ name, target, fold }: DescribedMorph, delta: number, version: number): Morph {
+/** The path to the target of a morph; none where it has bends alone. */
+function path(
+  { name, target, fold }: DescribedMorph,
+  numberOf: ReadonlyMap<string, number>,
+  version: number,
+): Morph | [] {
+  if (target === undefined) return [];
+  const delta = numberOf.get(target)!;
   if (!fold || version < 2) return { name, delta, fold: null };
   const alone = { version, morphs: [{ name, target, fold }] };
   const own = new Bender({ elastomorph: alone }, [target]);
@@ -67,9 +80,9 @@ function joined(stored: readonly Stored[]): Stored {
   }
   const { targets = [], groups = [] } = first.whole ?? {};
   const order = new Map(targets.map((target, i) => [target, i]));
-  const place = ({ target }: { readonly target: string }) => order.get(target) ?? Infinity;
-  const rises = (a: { readonly target: string }, b: { readonly target: string }) =>
-    place(a) - place(b) || 0;
+  const place = ({ target, bends = [] }: Placed): number =>
+    target === undefined ? Math.min(...bends.map(place)) : (order.get(target) ?? Infinity);
+  const rises = (a: Placed, b: Placed) => place(a) - place(b) || 0;
   return {
     version: Math.max(...stored.map(({ version }) => version)),
     morphs: [...morphs.values()]

@@ -79,7 +79,7 @@ export async function openFile(
     loops: known.loops ?? [],
     targets: surface.targets,
     ...described,
-    clips: readClips(file, meshes, surface.targetNames, described.morphs, described.correctives),
+    clips: readClips(file, meshes, surface.targetNames, described),
     diameter: known.diameter ?? diameterOf(written ? surface.neutral : movedPoints(surface)),
     bytes: file.size,
     notes: [...(skins?.notes ?? []), ...unshownIn(file, used)],

@@ -44,21 +44,21 @@ export class Gesture {
   private constructor(
     readonly model: Model,
     readonly vertex: number,
-    { weights, t, mirror, pins }: ViewState,
+    { weights, t, mirror, pins, correctivesOff: off }: ViewState,
     private readonly eye: Position,
   ) {
     this.start = this.last = weights;
     this.across = mirror ? acrossFrom(model, vertex) : vertex;
     const pulled = this.across === null ? [vertex] : [...new Set([vertex, this.across])];
     this.pulled = pulled.length;
-    const movable = new Points(model, pins).reaches.map(
+    const movable = new Points(model, pins, off).reaches.map(
       (reach) => reach > LEAST_REACH * model.diameter,
     );
     const held = pins.filter((pin, i) => movable[i] && !pulled.includes(pin));
     this.search = new Search(
       model,
       [...pulled, ...held],
-      t,
+      { t, off },
       (reach, most, point) => point < pulled.length && reach > 0 && reach >= LEAST * most,
     );
     this.rest = this.search.positions(weights);

@@ -77,7 +77,7 @@ export function createMarks(
   };
 
   const make = (state: ViewState, held: Held | null) => {
-    const now = JSON.stringify([state.shown, state.pins, held]);
+    const now = JSON.stringify([state.shown, state.pins, held, state.correctivesOff]);
     if (now === made) return;
     made = now;
     const focused = marks.find((mark) => mark.element === document.activeElement);
@@ -93,7 +93,7 @@ export function createMarks(
     for (const number of state.shown) {
       const model = models()[number];
       const own = marks.filter((mark) => mark.model === number).map(({ vertex }) => vertex);
-      if (model) points.set(model, new Points(model, own));
+      if (model) points.set(model, new Points(model, own, state.correctivesOff));
     }
   };
 

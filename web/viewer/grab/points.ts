@@ -4,11 +4,16 @@ import type { Curve } from '../../../runtimes/js/index.js';
 import type { Model } from '../types/model';
 
 export type Numbers = Float64Array;
+
+// A central difference over it loses no more to its length than to rounding: 1e-10.
+const STEP = 2 ** -17;
+
 type Path = Model['bender']['morphs'][number];
 type Weighing = NonNullable<Path['fold']>;
 
 /** A path as far as it moves the points: how each of its targets does, (3P,), with its curve. */
 interface Way {
+  readonly path: number; // its number
   readonly drivers: readonly number[];
   readonly delta: Numbers;
   readonly fold: Weighing | null;
@@ -30,24 +35,34 @@ export class Points {
   /** Sliders that move one of the points, increasing. */
   readonly columns: readonly number[];
 
-  /** @param straight paths are chords: what the file bends is left out */
+  private readonly bender: Model['bender'];
+
+  /**
+   * @param off correctives that are left out
+   * @param straight paths are chords: what the file bends is left out
+   */
   constructor(
     { bender, neutral, targets }: Model,
     readonly vertices: readonly number[],
+    off: readonly string[],
     straight = false,
   ) {
+    this.bender = bender;
     const gather = (field: Float32Array | undefined) =>
       Float64Array.from(
         vertices.flatMap((v) => [0, 1, 2].map((axis) => field?.[3 * v + axis] ?? 0)),
       );
     this.rest = gather(neutral);
     this.ways = bender.morphs
-      .map(({ target, fold, bends, drivers }) => ({
+      .map(({ name, target, fold, bends, drivers }, path) => ({
+        path,
+        name,
         drivers,
         fold: straight ? null : fold,
-        delta: gather(targets[target]),
+        delta: gather(target === null ? undefined : targets[target]),
         bends: (straight ? [] : bends).map((bend) => ({ curve: bend.curve, field: gather(targets[bend.target]) })),
       }))
+      .filter(({ name }) => !off.includes(name))
       .filter(({ delta, bends }) => [delta, ...bends.map((b) => b.field)].some(isMoved));
     const moving = new Set(this.ways.flatMap(({ drivers }) => drivers));
     this.columns = [...moving].sort((one, other) => one - other);
@@ -70,20 +85,27 @@ export class Points {
   at(values: Numbers, columns: readonly number[] = this.columns): Moving {
     const positions = this.rest.slice();
     const rates = columns.map(() => new Float64Array(positions.length));
-    const place = new Map(columns.map((column, i) => [column, i]));
+    const times = this.bender.times(values);
+    const slopes = columns.map((column) => this.slopes(values, column));
     const turning: { turn: Numbers; through: Numbers }[] = [];
     for (const way of this.ways) {
-      const time = product(values, way.drivers, -1);
+      const time = times[way.path]!;
       const speed = moved(way, time, positions);
-      const through = new Float64Array(columns.length);
-      way.drivers.forEach((driver, d) => {
-        const column = place.get(driver);
-        if (column !== undefined) through[column]! += product(values, way.drivers, d);
-      });
+      const through = Float64Array.from(slopes, (slope) => slope[way.path]!);
       through.forEach((rate, column) => add(rates[column]!, rate, speed));
       turning.push({ turn: turnOf(way, time, positions.length), through });
     }
     return { positions, rates, curved: (left) => curvedBy(turning, left, columns.length) };
+  }
+
+  /** The derivative of the time of each path by one slider; at a kink the mean of both sides. */
+  private slopes(values: Numbers, column: number): Numbers {
+    const [before, after] = [-STEP, STEP].map((step) => {
+      const beside = values.slice();
+      beside[column]! += step;
+      return this.bender.times(beside);
+    });
+    return after!.map((time, path) => (time - before![path]!) / (2 * STEP));
   }
 }
 
@@ -132,11 +154,6 @@ function curvedBy(
     });
   }
   return matrix;
-}
-
-/** The product of some values but the one of a number: with −1, of all. */
-function product(values: Numbers, drivers: readonly number[], without: number): number {
-  return drivers.reduce((all, driver, d) => (d === without ? all : all * values[driver]!), 1);
 }
 
 export function add(to: Numbers, factor: number, field: Numbers): void {

@@ -1,7 +1,7 @@
 // Slider weights that bring points of a face to positions, after Lewis and Anjyo, Direct
 // Manipulation Blendshapes (2010), on bent paths: what `Rig.solve` of the package finds.
 import { numberOf, numbersByName } from '../../shared/named';
-import type { Weights } from '../rig/pose';
+import type { Drive, Weights } from '../rig/pose';
 import type { Model } from '../types/model';
 import { nearest } from './nearest';
 import { dot, type Numbers, Points } from './points';
@@ -39,21 +39,23 @@ export class Search {
   readonly points: Points;
   private readonly chords: Points;
   private readonly scale: number;
+  private readonly t: number;
   private readonly columns: readonly number[];
 
   /**
-   * @param t the picture's: the value of a slider is t times its weight
+   * @param drive the picture's: the value of a slider is t times its weight
    * @param only sliders that may move, by what they do: how far one moves a vertex at most, and how
    *   far the strongest does
    */
   constructor(
     private readonly model: Model,
     vertices: readonly number[],
-    private readonly t: number,
+    { t, off }: Omit<Drive, 'weights'>,
     only: (reach: number, most: number, point: number) => boolean = () => true,
   ) {
-    const points = (this.points = new Points(model, vertices));
-    this.chords = new Points(model, vertices, true);
+    this.t = t;
+    const points = (this.points = new Points(model, vertices, off));
+    this.chords = new Points(model, vertices, off, true);
     const { reaches } = points;
     this.scale = Math.max(0, ...reaches) || 1;
     this.columns = points.columns.filter((column) =>

@@ -11,7 +11,7 @@ import { createMarks, type Held } from './marks';
 const CLICK = 4; // CSS pixels a click may wander
 const NUDGE = 4; // CSS pixels of an arrow key; with Shift five times as many
 const MANY = 64; // pins; more of them leave nothing to move
-const OF_GESTURE = ['weights', 't', 'pins', 'mirror', 'shown'] as const;
+const OF_GESTURE = ['weights', 't', 'pins', 'mirror', 'shown', 'correctivesOff'] as const;
 
 export interface GrabTool extends Part {
   toggle(): void;

@@ -15,13 +15,13 @@ export function poseInto(out: Float32Array, model: Model, active: readonly Activ
 /** (3 · moments) positions of one vertex as t runs evenly from 0 to 1 under the given sliders. */
 export function orbit(
   model: Model,
-  weights: Drive['weights'],
+  drive: Drive,
   vertex: number,
   moments: number,
 ): Float32Array {
   const found = new Float32Array(3 * moments);
   for (let i = 0; i < moments; i += 1) {
-    const active = activeTargets(model, { weights, t: i / (moments - 1) });
+    const active = activeTargets(model, { ...drive, t: i / (moments - 1) });
     found.set(vertexAt(model, active, vertex), 3 * i);
   }
   return found;

@@ -37,7 +37,7 @@ export class Orbits {
       const colour = colourOf(place);
       for (const vertex of picked) {
         if (vertex < 0 || 3 * vertex >= model.neutral.length) continue;
-        const points = orbit(model, drive.weights, vertex, MOMENTS);
+        const points = orbit(model, drive, vertex, MOMENTS);
         this.add(points, colour, 2.6, false);
         this.add(
           Float32Array.from([...points.subarray(0, 3), ...points.subarray(-3)]),

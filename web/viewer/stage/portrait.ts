@@ -39,7 +39,7 @@ export function portrait(
   const { canvas } = painter;
   const side = Math.min(PORTRAIT, canvas.width, canvas.height);
   const area = { x: 0, y: 0, width: side / painter.ratio, height: side / painter.ratio };
-  const drive = { weights, t: 1 };
+  const drive = { weights, t: 1, off: [] };
   const before = view.place;
   view.head = null;
   view.look('front', 1, 0);

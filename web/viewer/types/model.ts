@@ -1,18 +1,12 @@
 // A face as the viewer knows it: plain arrays, without three.js and without the page.
 import type { Bender } from '../../../runtimes/js/index.js';
 
-/** A path, whose weights the model's bender knows. */
+/** A path to a target, whose weights the model's bender knows. */
 export interface Morph {
   readonly name: string;
   readonly delta: number; // number of its morph target
   /** The weight of that target at a time of the path, where it is not the time itself. */
   readonly fold: ((t: number) => number) | null;
-}
-
-/** A combination shape: its weight is the product of those of its drivers. */
-export interface Corrective {
-  readonly name: string;
-  readonly drivers: readonly string[];
 }
 
 /** A recorded performance: the weight of each slider at each key. */
@@ -120,8 +114,7 @@ export interface Model {
   readonly loops: readonly Loop[]; // none where nobody traced them
   /** (V, 3) displacement of each morph target. */
   readonly targets: readonly Float32Array[];
-  readonly morphs: readonly Morph[];
-  readonly correctives: readonly Corrective[];
+  readonly morphs: readonly Morph[]; // pair bends, which have no target, are none of them
   readonly groups: readonly { readonly name: string; readonly members: readonly string[] }[];
   /** From sliders to the weights of the targets. */
   readonly bender: Bender;

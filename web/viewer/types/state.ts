@@ -16,6 +16,8 @@ export interface ViewState {
   readonly weights: Readonly<Record<string, number>>;
   /** Master time, 0 to 1. */
   readonly t: number;
+  /** Correctives that the picture is without; those whose slider has their name are none. */
+  readonly correctivesOff: readonly string[];
   /** Moving one of a symmetric pair moves the other. */
   readonly mirror: boolean;
 

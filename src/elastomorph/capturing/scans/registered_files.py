@@ -102,11 +102,7 @@ def read_face(source: str | Path | Mesh | Rig) -> Face:
     """
     given = source if isinstance(source, Mesh | Rig) else mesh_or_rig(source)
     mesh = given.neutral if isinstance(given, Rig) else given
-    deltas = (
-        {name: morph.delta for name, morph in given.morphs.items()}
-        if isinstance(given, Rig)
-        else {}
-    )
+    deltas = {name: given[name].delta for name in given.targets} if isinstance(given, Rig) else {}
     if not len(mesh.faces):
         raise CaptureError(f"the template {mesh.name} has no polygons: a template is a surface")
     targets = [mesh.vertices + delta for delta in deltas.values()]

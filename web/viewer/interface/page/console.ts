@@ -68,10 +68,10 @@ export function onConsole(app: App, ready: Promise<void>): Elastomorph {
       return app.stage.spot(model, position);
     },
     solve(goals, prior = 1e-8) {
-      const { weights, t, shown } = app.store.get();
+      const { weights, t, shown, correctivesOff: off } = app.store.get();
       const model = app.scene()?.models[shown[0] ?? 0];
       if (!model) throw new RangeError('there is no face');
-      const search = new Search(model, Object.keys(goals).map(Number), t);
+      const search = new Search(model, Object.keys(goals).map(Number), { t, off });
       return search.solve({ goals: Object.values(goals).flat(), start: weights, prior });
     },
     look: app.look,

@@ -6,7 +6,7 @@ import type { Context } from '../parts/part';
 import type { GrabTool } from '../../grab/tool';
 import type { History } from '../state/history';
 import type { Player } from '../state/player';
-import { posed } from '../state/posing';
+import { atRest } from '../state/posing';
 import type { Key } from '../../../shared/keys';
 
 export const VIEWS: readonly (readonly [View, string])[] = [
@@ -70,7 +70,7 @@ export function keymap({ store, stage, scene }: Context, player: Player, deeds: 
       keys: ['0'],
       caps: ['0'],
       words: 'All sliders to zero',
-      run: () => store.update(posed(store.get(), {})),
+      run: () => store.update(atRest(store.get())),
     },
     {
       keys: ['z'],

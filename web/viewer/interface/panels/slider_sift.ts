@@ -55,7 +55,7 @@ export function createSift(changed: () => void) {
     /** What is said where no slider is shown. */
     none,
     searching: () => words().length > 0,
-    fits(state: ViewState): (row: SliderRow) => boolean {
+    fits(state: Pick<ViewState, 'weights' | 'favourites'>): (row: Pick<SliderRow, 'name'>) => boolean {
       const wanted = words();
       return ({ name }) =>
         wanted.every((word) => name.toLowerCase().includes(word)) &&

@@ -9,7 +9,8 @@ import { element, setAttribute, setText } from '../../../shared/element';
 import { type Icon, icon } from '../../../shared/icons';
 import type { Context, Part } from '../parts/part';
 import { drawn, type Limits, lots, mirrored } from '../poses/mixing';
-import { posed } from '../state/posing';
+import { atRest, posed } from '../state/posing';
+import { createCorrectives } from './correctives';
 import { type SliderGroup, sliderGroup } from './slider_group';
 import { createSift } from './slider_sift';
 import { sliderRow } from './slider_row';
@@ -44,6 +45,7 @@ export function createSliders({ store, scene }: Context): Sliders {
   const mirror = toggle(store, 'mirror', 'Mirror', 'M');
   const count = element('span', { class: 'count' });
   const list = element('div', { class: 'slider-list' });
+  const correctives = createCorrectives(store, () => show(store.get()));
 
   const pose = (weights: ViewState['weights']) => store.update(posed(store.get(), weights));
   const change = (name: string, weight: number) => {
@@ -92,7 +94,12 @@ export function createSliders({ store, scene }: Context): Sliders {
         () => zero(sliders),
       );
     });
-    list.replaceChildren(sift.none, ...groups.map((group) => group.element));
+    correctives.list(next);
+    list.replaceChildren(
+      sift.none,
+      ...groups.map((group) => group.element),
+      correctives.element,
+    );
     reachOut();
   };
 
@@ -121,9 +128,10 @@ export function createSliders({ store, scene }: Context): Sliders {
       }
       shown += group.show(state, fits, state.folded.includes(group.name) && !sift.searching());
     }
+    correctives.show(state, sift);
     sift.tell(model?.sliders.length ?? 0, shown);
     setText(count, `${all} of ${model?.sliders.length ?? 0} active`);
-    reset.disabled = all === 0;
+    reset.disabled = all === 0 && state.correctivesOff.length === 0;
     swapButton.disabled = all === 0 || across.size === 0;
     drawButton.disabled = shown === 0;
     mirror.show(state);
@@ -135,7 +143,7 @@ export function createSliders({ store, scene }: Context): Sliders {
     if (!beyond) pose(within(store.get().weights));
     reachOut();
   });
-  reset.addEventListener('click', () => pose({}));
+  reset.addEventListener('click', () => store.update(atRest(store.get())));
 
   const options = element(
     'div',

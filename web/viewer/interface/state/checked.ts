@@ -121,6 +121,7 @@ const whole: Check = (value, field) => Math.round(number(0, Infinity)(value, fie
 const CHECKS: Record<keyof ViewState, Check> = {
   weights,
   t: number(0, 1),
+  correctivesOff: names,
   mirror: truth,
   arrangement: oneOf('single', 'side', 'swipe'),
   shown: integers,

@@ -7,6 +7,7 @@ import { understood } from './checked';
 export const INITIAL: ViewState = {
   weights: {},
   t: 1,
+  correctivesOff: [],
   mirror: false,
   arrangement: 'single',
   shown: [0],
@@ -62,6 +63,7 @@ export function startOf(
   );
   return {
     weights: {},
+    correctivesOff: [],
     picked: [],
     pins: [],
     clip: count > 1 ? null : (performances(scene.models)[0]?.name ?? null),

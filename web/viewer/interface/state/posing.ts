@@ -1,6 +1,11 @@
 // What else changes when somebody poses the face.
 import type { ViewState } from '../../types/state';
 
+/** The face at rest, with all its correctives. */
+export function atRest(state: ViewState): Partial<ViewState> {
+  return { ...posed(state, {}), correctivesOff: [] };
+}
+
 /** Whoever moves sliders takes over from a performance or a phone, and wants to see them move. */
 export function posed(state: ViewState, weights: ViewState['weights']): Partial<ViewState> {
   return {
