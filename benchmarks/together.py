@@ -3,11 +3,12 @@
     python benchmarks/together.py [RIG…] [--take FILE]
 
 RIG is ``built-in``, or any file or folder; the built-in head and the FaceCap head by default. For
-each: the largest slide of facing vertices along jawOpen = mouthClose; the same over a take, in both
-halves of its frames, where mouthClose is above 0.05; and every pair of sliders on a grid of 9 × 9
-weights, the worst first. Facing vertices and what holds them are found here, by nothing of the
-product: vertices whose normals point at each other, less than 1.2 % of D apart in the neutral, and
-which the straight rig keeps within 0.2 % of D of how they lay.
+each: the largest slide of lips that touch, bent against straight, along jawOpen = mouthClose; the
+same at what a take says of both, in both halves of its frames, where mouthClose is above 0.05; and
+every pair of sliders on a grid of 9 × 9 weights, the worst first. Facing vertices and what holds
+them are found here, by nothing of the product: vertices whose normals point at each other, less
+than 1.2 % of D apart in the neutral, of lips 0.2 %; of every pair those count that the straight rig
+keeps within 0.2 % of D of how they lay.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from measuring import data_folder
 Floats = NDArray[np.float64]
 
 GRID = np.linspace(0.0, 1.0, 9)
-NEAR, KEPT = 1.2e-2, 2e-3  # fractions of D
+NEAR, TOUCHING, KEPT = 1.2e-2, 2e-3, 2e-3  # fractions of D
 WORST = 10
 MET = 0.05  # the weight of mouthClose from which a frame counts
 
@@ -37,6 +38,7 @@ class Contacts:
 
     Attributes:
         pairs: (C, 2) vertices.
+        touching: (C,) bool, which of them touch in the neutral.
         extent: D of the skin, or of all that targets move.
     """
 
@@ -59,6 +61,8 @@ class Contacts:
                 other = int(near[np.linalg.norm(neutral[near] - neutral[one], axis=1).argmin()])
                 found.add((min(one, other), max(one, other)))
         self.pairs = np.array(sorted(found)).reshape(-1, 2)
+        rest = np.linalg.norm(neutral[self.pairs[:, 0]] - neutral[self.pairs[:, 1]], axis=1)
+        self.touching = rest < TOUCHING * self.extent
         self.fields = {name: self._between(rig[name].delta) for name in rig.morphs}
         self.bends = {name: [self._between(b) for b in rig[name].bends] for name in rig.morphs}
 
@@ -121,28 +125,28 @@ def lips(contacts: Contacts, take: em.Performance) -> None:
     if jaw is None or close is None:
         print("  no jawOpen and mouthClose")
         return
-    row = [
-        max(contacts.slide({jaw: t, close: t}, pairs=own) for t in np.linspace(0, 1, 33))
-        for own in (False, True)
-    ]
-    print(f"  jawOpen = mouthClose: {100 * row[0]:.3f} % of D without, {100 * row[1]:.3f} with")
+    moved = np.linalg.norm(rig[close].delta, axis=1) > 1e-3 * contacts.extent
+    lip = contacts.touching & moved[contacts.pairs].all(axis=1)
+
+    def slides(weights: Mapping[str, float]) -> list[float]:
+        both = [contacts.bent(weights, pairs=own)[lip] for own in (False, True)]
+        return [100 * float(np.linalg.norm(own, axis=1).max()) / contacts.extent for own in both]
+
+    most = np.max([slides({jaw: t, close: t}) for t in np.linspace(0, 1, 33)], axis=0)
+    print(f"  {lip.sum()} lip vertices that touch; jawOpen = mouthClose: largest slide "
+          f"{most[0]:.3f} % of D without, {most[1]:.3f} with")  # fmt: skip
     columns = {name.lower().replace("_", ""): k for k, name in enumerate(take.names)}
-    table = {name: columns[name.lower().replace("_", "")] for name in rig.names
-             if name.lower().replace("_", "") in columns}  # fmt: skip
-    half = len(take.weights) // 2
-    for title, rows in (("first", take.weights[:half]), ("second", take.weights[half:])):
-        rows = rows[rows[:, table[close]] > MET] if close in table else rows[:0]
-        found = [
-            [
-                contacts.slide({n: float(frame[c]) for n, c in table.items()}, pairs=own)
-                for own in (False, True)
-            ]
-            for frame in rows
-        ]
-        mean, most = 100 * np.mean(found, axis=0), 100 * np.max(found, axis=0)
+    rows = take.weights[:, [columns["jawopen"], columns["mouthclose"]]]
+    half = len(rows) // 2
+    for title, part in (("first", rows[:half]), ("second", rows[half:])):
+        met = part[part[:, 1] > MET]
+        found = np.array(
+            [slides(dict(zip((jaw, close), row.tolist(), strict=True))) for row in met]
+        )
         print(
-            f"  {title} half of the take, {len(rows)} frames with mouthClose > {MET}: mean "
-            f"{mean[0]:.3f} % of D without, {mean[1]:.3f} with; most {most[0]:.3f}, {most[1]:.3f}"
+            f"  {title} half of the take, {len(met)} frames with mouthClose > {MET}: mean "
+            f"{found[:, 0].mean():.3f} % of D without, {found[:, 1].mean():.3f} with; most "
+            f"{found[:, 0].max():.3f}, {found[:, 1].max():.3f}"
         )
 
 
@@ -160,12 +164,12 @@ def every_pair(contacts: Contacts) -> None:
             for s in GRID[1:]
             for t in GRID[1:]
         )
-        alone = max(
-            contacts.slide({name: t}, pairs=True) for name in pair for t in GRID[1:]
+        alone = max(contacts.slide({name: t}, pairs=True) for name in pair for t in GRID[1:])
+        before = (
+            max(contacts.slide({pair[0]: s, pair[1]: t}, pairs=False) for s in GRID for t in GRID)
+            if pair in drivers
+            else np.nan
         )
-        before = max(
-            contacts.slide({pair[0]: s, pair[1]: t}, pairs=False) for s in GRID for t in GRID
-        ) if pair in drivers else np.nan
         found.append((worst, alone, before, pair))
     found.sort(key=lambda own: -own[0][0])
     print(f"  {count} pairs move something that faces something:")
