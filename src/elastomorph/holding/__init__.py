@@ -1,0 +1,1 @@
+"""Shapes that meet: what goes wrong where several sliders act at once, and what mends it."""
