@@ -12,6 +12,7 @@ anything else. Nothing of what chose the correctives is used.
 from __future__ import annotations
 
 import argparse
+from importlib import import_module
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,21 +57,21 @@ class Counter:
 
     def count(self, points: Points) -> int:
         """How many there are in a pose."""
-        from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
-        from vtkmodules.vtkCommonCore import mutable, vtkPoints
-        from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData, vtkStaticCellLocator
-
+        arrays, core, model = (
+            import_module(f"vtkmodules.{name}")
+            for name in ("util.numpy_support", "vtkCommonCore", "vtkCommonDataModel")
+        )
         folded, sums = self._folded(points)
         rows = np.flatnonzero(folded & (sums[:, 2] > 0))
         if not len(rows):
             return 0
-        surface, places, cells = vtkPolyData(), vtkPoints(), vtkCellArray()
-        places.SetData(numpy_to_vtk(np.ascontiguousarray(points), deep=True))
+        surface, places, cells = model.vtkPolyData(), core.vtkPoints(), model.vtkCellArray()
+        places.SetData(arrays.numpy_to_vtk(np.ascontiguousarray(points), deep=True))
         three = np.insert(self.triangles, 0, 3, axis=1).astype(np.int64)
-        cells.SetCells(len(three), numpy_to_vtkIdTypeArray(three.ravel(), deep=True))
+        cells.SetCells(len(three), arrays.numpy_to_vtkIdTypeArray(three.ravel(), deep=True))
         surface.SetPoints(places)
         surface.SetPolys(cells)
-        locator = vtkStaticCellLocator()
+        locator = model.vtkStaticCellLocator()
         locator.SetDataSet(surface)
         locator.BuildLocator()
         front, seen = float(points[:, 2].max()) + 1.0, 0
@@ -80,7 +81,7 @@ class Counter:
                 crossed = locator.IntersectWithLine(
                     [place[0], place[1], front],
                     [place[0], place[1], place[2] + self.free],
-                    0.0, mutable(0.0), hit, [0.0, 0.0, 0.0], mutable(0),
+                    0.0, core.mutable(0.0), hit, [0.0, 0.0, 0.0], core.mutable(0),
                 )  # fmt: skip
                 if not crossed:
                     seen += 1

@@ -83,14 +83,14 @@ def test_what_is_hidden_is_no_damage() -> None:
 def test_takes_say_how_often() -> None:
     """Of four frames one folds by both, and a frame in which one is at rest does not count."""
     rig = sheet_rig()
-    frames = [[1, 1, 0], [0.5, 0.5, 0], [1, 0, 1], [0, 0, 0]]
+    frames = np.array([[1, 1, 0], [0.5, 0.5, 0], [1, 0, 1], [0, 0, 0]])
     take = Performance(["a", "b", "c"], np.arange(4) / 30, frames, 30)
     (worst,) = rank_meetings(rig, take)
     folds = len(Surface.of(rig).visible_folds(rig.pose({"a": 1, "b": 1})))
     assert worst.frames == 2
-    assert worst.weights == (1, 1)
+    assert list(worst.weights) == [1, 1]
     assert worst.per_frame == pytest.approx(folds / 4)
-    by = list(folds_by_sliders(rig, Surface.of(rig), np.array(frames, dtype=float)))
+    by = list(folds_by_sliders(rig, Surface.of(rig), frames))
     assert {(place, sliders) for place, _, sliders in by} == {(0, (0, 1))}
 
 

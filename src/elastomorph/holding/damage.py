@@ -91,10 +91,10 @@ class Surface:
         shape = (len(triangles), len(neutral.vertices))
         corner = np.repeat(np.arange(len(triangles)), 3), triangles.ravel()
         at = csr_array((np.ones(triangles.size, dtype=np.float32), corner), shape)
-        near, ring = at, _ones(at.T @ at)
+        near, ring = at, _ones(csr_array(at.T) @ at)
         for _ in range(_RINGS - 1):
             near = _ones(near @ ring)
-        near = _ones(near @ at.T)
+        near = _ones(near @ csr_array(at.T))
         targets = [morph.target.vertices for morph in rig.morphs.values()]
         extent = moved_extent(neutral.vertices, targets) or neutral.diameter
         whole = cls(triangles, near, csr_array(at.T), extent, np.zeros(len(triangles), dtype=bool))
@@ -203,7 +203,7 @@ class Contacts:
             asked = np.hstack([points, -near * normals, sheet])[moved]
             distance, close = tree.query(asked, k=1, distance_upper_bound=near)
             found = np.isfinite(distance)
-            first, other = moved[found], used[close[found]]
+            first, other = moved[found], used[np.asarray(close)[found]]
             gap = points[other] - points[first]
             front = (dot(gap, normals[first]) > 0) & (dot(gap, normals[other]) < 0)
             firsts += [first[front], other[front]]
@@ -224,13 +224,14 @@ class Contacts:
         if not len(rows):
             return np.zeros(0, dtype=np.int64)
         faced = self.faced[rows]
-        sizes = np.diff(faced.indptr)
+        starts = np.asarray(faced.indptr)
+        sizes = np.diff(starts)
         off = points[faced.indices] - points[np.repeat(self.vertices[rows], sizes)]
         square = dot(off, off)
-        least = np.repeat(np.minimum.reduceat(square, faced.indptr[:-1]), sizes)
-        first = np.flatnonzero(square == least)
-        first = first[np.searchsorted(first, faced.indptr[:-1])]
-        return np.asarray(faced.indices[first], dtype=np.int64)
+        least = np.repeat(np.minimum.reduceat(square, starts[:-1]), sizes)
+        closest = np.flatnonzero(square == least)
+        closest = closest[np.searchsorted(closest, starts[:-1])]
+        return np.asarray(faced.indices[closest], dtype=np.int64)
 
     def depths(self, points: Points, normals: Points, rows: Indices) -> tuple[Points, Mask]:
         """(R,) how far vertices are behind what is closest of what they face, if straight."""
@@ -316,7 +317,7 @@ def rank_meetings(
     look(list(combinations(range(len(rig.names)), 2)), "pair")
     if triples:
         worst = sorted((p for p in found if not found[p].rank[0]), key=lambda p: found[p].rank)
-        wider = {sliders for sliders in judge.per_frame if len(sliders) == 3}
+        wider: set[tuple[int, ...]] = {sliders for sliders in judge.per_frame if len(sliders) == 3}
         for pair in worst[:_EXTENDED]:
             thirds = {other for two in found if set(two) & set(pair) for other in two} - {*pair}
             wider |= {(*sorted((*pair, third)),) for third in thirds}
@@ -391,7 +392,7 @@ class _Judge:
             weights = self.weights[least.argmax(), columns] if frames else weights
         pose = self._pose(sliders, weights)
         rows = rows[self.surface.patch(rows).folded(pose)]
-        contacts, excess = self._deep(pose, self.moved[columns].all(axis=0))
+        contacts, excess = self._deep(pose, np.all(self.moved[columns], axis=0))
         for some in chain.from_iterable(
             combinations(range(len(sliders)), few) for few in range(1, len(sliders))
         ):
@@ -400,8 +401,8 @@ class _Judge:
             fewer = self._pose(tuple(columns[place] for place in some), weights[list(some)])
             rows = rows[~self.surface.patch(rows).folded(fewer)]
             if len(contacts):
-                depth = self.contacts.depths(fewer, self.surface.normals(fewer), contacts)[0]
-                excess[1] = np.minimum(excess[1], excess[0] - np.maximum(depth, 0.0))
+                own, _ = self.contacts.depths(fewer, self.surface.normals(fewer), contacts)
+                excess[1] = np.minimum(excess[1], excess[0] - np.maximum(own, 0.0))
         folds = int(self.surface.seen(pose, rows).sum())
         depth = self._seen_depth(pose, contacts, excess[1])
         if not folds and not depth and not per_frame:

@@ -15,7 +15,7 @@ from where the last u led, with what that folds anew.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations, product
 from typing import Any
@@ -131,7 +131,7 @@ def fold_correctives(
     weights = [taken_weights(rig, take) for take in takes]
     search = _Search.of(rig, weights, say)
     path, rest = Linear().prepare(rig.neutral), rig.neutral.vertices
-    proposals = []
+    proposals: list[tuple[str, Morph, Corrective, FoldRow]] = []
     while len(proposals) < count:
         found = search.next()
         if found is None:
@@ -171,7 +171,7 @@ class _Scenes:
         """Poses with all that is folded and seen in them."""
         return cls(poses, weights, [surface.visible_folds(pose) for pose in poses])
 
-    def only(self, places: Sequence[int]) -> _Scenes:
+    def only(self, places: Iterable[int]) -> _Scenes:
         """Some of the poses."""
         kept = ([own[place] for place in places] for own in (self.poses, self.weights, self.rows))
         return _Scenes(*kept)  # type: ignore[arg-type]
@@ -382,14 +382,15 @@ class _Search:
         columns, surface = [*pair], self.surface
         grid = np.zeros((len(_GRID) ** 2, len(self.rig.names)))
         grid[:, columns] = [*product(_GRID, _GRID)]
-        least = grid[:, columns].min(axis=1).tolist()
-        judged = scenes = _Scenes.of(surface, [self.pose(row) for row in grid], least)
+        weights = grid[:, columns].min(axis=1).tolist()
+        judged = scenes = _Scenes.of(surface, [self.pose(row) for row in grid], weights)
         tries = [scenes]
         if len(self.frames):
             least = self.frames[:, columns].min(axis=1)
             judged = replace(self.posed, weights=least.tolist()).only(np.flatnonzero(least > 0))
-            own = [e.frame for e in self.events if pair in e.pairs and least[e.frame] > ACTIVE]
-            own = np.unique(own)[spread_rows(len(np.unique(own)), _FITTED)]
+            own = np.unique([event.frame for event in self.events if pair in event.pairs])
+            own = own[self.frames[own][:, columns].min(axis=1) > ACTIVE] if len(own) else own
+            own = own[spread_rows(len(own), _FITTED)]
             fitted = replace(self.posed, weights=least.tolist()).only(own)
             tries = [scenes + fitted, fitted]
         best: tuple[int, Points] | None = None
@@ -421,7 +422,7 @@ class _Search:
     def _gain(self, scenes: _Scenes, displacement: Points) -> int:
         """How many visible folds fewer there are."""
         surface, gain = self.surface, 0
-        patch = surface.patch(np.flatnonzero(surface.reached(displacement.any(axis=1))))
+        patch = surface.patch(np.flatnonzero(surface.reached(np.any(displacement, axis=1))))
         upright = ~surface.folded_at_rest[patch.rows]
         for pose, m, rows in zip(scenes.poses, scenes.weights, scenes.rows, strict=True):
             points = pose + m * displacement
@@ -457,5 +458,5 @@ def _mending(
     if len(sliders) > 1:
         return tuple(combinations(sliders, 2))
     others = np.flatnonzero((frame > max(ACTIVE, frame[sliders[0]] / 2)) & reached)
-    pairs = (tuple(sorted((*sliders, int(other)))) for other in others if other not in sliders)
-    return tuple(pairs)
+    first = sliders[0]
+    return tuple((min(first, o), max(first, o)) for o in others.tolist() if o != first)
