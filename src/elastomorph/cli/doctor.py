@@ -13,6 +13,7 @@ from elastomorph.errors import ParameterError
 
 if TYPE_CHECKING:
     from elastomorph.doctor import ExaminationSettings
+    from elastomorph.holding.damage import Meeting
 
 Number = float | None
 Files = Annotated[
@@ -52,6 +53,19 @@ Bend = Annotated[
         "an in-between pays.",
     ),
 ]
+Together = Annotated[
+    bool,
+    typer.Option(
+        "--together", help="Rank pairs and triples of sliders by the damage seen where they meet."
+    ),
+]
+Take = Annotated[
+    Path | None,
+    typer.Option(help="With --together: a recording that says which sliders meet, and how far."),
+]
+Sheet = Annotated[
+    Path | None, typer.Option(help="With --together: a picture of the ten worst meetings.")
+]
 FailOn = Annotated[
     str, typer.Option(help="Exit with status 1 from this severity on: error or warning.")
 ]
@@ -72,6 +86,9 @@ def doctor(
         str | None, typer.Option(help="Try this time law of a curve's mean.")
     ] = None,
     bend: Bend = 0.25,
+    together: Together = False,
+    take: Take = None,
+    sheet: Sheet = None,
     fail_on: FailOn = "error",
     *,
     say: Say,
@@ -79,6 +96,8 @@ def doctor(
     """Examine the files of a rig: order, surface, units, motion of the head, sides, in-betweens.
 
     Exit status: 0 sound, 1 findings, 2 a file or an option that cannot be understood.
+
+    With --together, also what goes wrong between sliders that are sound alone.
 
     Example: elastomorph doctor neutral.obj jawOpen.obj smile.obj --repair fixed
     """
@@ -88,18 +107,43 @@ def doctor(
         raise ParameterError(f"--fail-on must be error or warning, found {fail_on!r}")
     if align is not None and repair_to is None:
         raise ParameterError("--align changes targets: say with --repair where they go")
+    if not together and (take is not None or sheet is not None):
+        raise ParameterError("--take and --sheet are for --together: add it")
     beam = (mass, damping, rigidity, order, closure)
     examination = examine_files(files, _settings(seeds, align, pairs, beam, bend), say=say)
     written = None
     if repair_to is not None and examination.facts is not None:
         say(f"writing {repair_to}")
         written = repair(examination, repair_to)
+    meetings = _meetings(files, take, sheet, say) if together else None
     failed = examination.worst_is("warning" if fail_on == "warning" else "error")
     return Answer(
-        as_document(examination, written),
-        lambda: typer.echo(as_text(examination, written)),
+        as_document(examination, written, meetings),
+        lambda: typer.echo(as_text(examination, written, meetings)),
         STATUS_OF_ERRORS["doctor"] if examination.unreadable else int(failed),
     )
+
+
+def _meetings(files: list[Path], take: Path | None, sheet: Path | None, say: Say) -> list[Meeting]:
+    from elastomorph.holding.damage import rank_meetings
+    from elastomorph.io.performance import read_performance
+    from elastomorph.io.rig_folder import read_rig
+
+    if len(files) > 1:
+        raise ParameterError("--together needs a rig: a folder or one file, found mesh files")
+    rig = read_rig(files[0])
+    ranked = rank_meetings(rig, None if take is None else read_performance(take), say=say)
+    if sheet is not None and ranked:
+        from elastomorph.draw.pictures import write_picture
+        from elastomorph.draw.posed import pose_sheet
+
+        say(f"drawing {sheet}")
+        worst = {
+            " + ".join(one.sliders): dict(zip(one.sliders, one.weights, strict=True))
+            for one in ranked[:10]
+        }
+        write_picture(pose_sheet(rig, worst, face=(360, 450)), sheet)
+    return ranked
 
 
 def _settings(

@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 from elastomorph.doctor.checks.surface import SurfaceFacts
-from elastomorph.doctor.findings import SEVERITIES, Examination, counted
+from elastomorph.doctor.findings import SEVERITIES, Examination, counted, percent
 from elastomorph.doctor.repair import Repair
+from elastomorph.holding.damage import Meeting
 
 _FILES_SHOWN = 12
+_MEETINGS_SHOWN = 30
 _ENTRY = ("name", "severity", "file", "line", "vertices", "message", "remedy", "link")
 
 
-def as_text(examination: Examination, repair: Repair | None = None) -> str:
-    """What a rigger reads: the gravest first, each kind once, one line a file."""
+def as_text(
+    examination: Examination,
+    repair: Repair | None = None,
+    meetings: Sequence[Meeting] | None = None,
+) -> str:
+    """What a rigger reads: the gravest first, each kind once, one line a file.
+
+    Below that, sliders that meet, if they were ranked.
+    """
     targets = examination.targets
     and_targets = f" and {counted(targets, 'target', 'targets')}" if targets else ""
     lines = [f"{examination.neutral}{and_targets}"]
@@ -40,10 +49,16 @@ def as_text(examination: Examination, repair: Repair | None = None) -> str:
     lines += ["", verdict or "nothing found: these files are one rig"]
     if repair is not None:
         lines += ["", *_repair_lines(repair)]
+    if meetings is not None:
+        lines += ["", *_meeting_lines(meetings)]
     return "\n".join(lines)
 
 
-def as_document(examination: Examination, repair: Repair | None = None) -> dict[str, Any]:
+def as_document(
+    examination: Examination,
+    repair: Repair | None = None,
+    meetings: Sequence[Meeting] | None = None,
+) -> dict[str, Any]:
     """The same for machines; every vertex is listed."""
     facts = examination.facts
     return {
@@ -69,6 +84,7 @@ def as_document(examination: Examination, repair: Repair | None = None) -> dict[
             "left_out": list(repair.left_out),
             "refused": [{"file": file, "why": why} for file, why in repair.refused],
         },
+        "meetings": None if meetings is None else [asdict(meeting) for meeting in meetings],
     }
 
 
@@ -108,8 +124,30 @@ def _repair_lines(repair: Repair) -> Iterator[str]:
         yield f"  left out, as they could not be repaired: {names}"
 
 
-def _more(count: int) -> list[str]:
-    left = count - _FILES_SHOWN
+def _meeting_lines(meetings: Sequence[Meeting]) -> Iterator[str]:
+    if not meetings:
+        yield "sliders that meet do no damage that is seen"
+        return
+    yield "sliders that meet, by the damage that is seen, the worst first"
+    shown = meetings[:_MEETINGS_SHOWN]
+    width = max(len(" + ".join(meeting.sliders)) for meeting in shown)
+    for meeting in shown:
+        line = f"  {' + '.join(meeting.sliders):<{width}}  at "
+        line += ", ".join(f"{weight:.2g}" for weight in meeting.weights)
+        line += f": {counted(meeting.folds, 'triangle folds', 'triangles fold')}"
+        if meeting.depth:
+            line += f", surfaces pass by {meeting.depth:.3g} ({percent(meeting.share)} of D)"
+        if meeting.frames is not None:
+            line += f"; {counted(meeting.frames, 'frame', 'frames')}"
+            line += f", {meeting.per_frame:.2g} folded a frame"
+        elif meeting.opposite:
+            line += "; opposites"
+        yield line
+    yield from _more(len(meetings), _MEETINGS_SHOWN)
+
+
+def _more(count: int, shown: int = _FILES_SHOWN) -> list[str]:
+    left = count - shown
     return [f"  and {left} more; --json lists all"] if left > 0 else []
 
 
