@@ -393,6 +393,21 @@ def test_version_1_knows_no_fold(tmp_path: Path) -> None:
     assert_same_rig(triangle_rig(), read_glb(rewritten(tmp_path / "a.glb", older)))
 
 
+def test_a_pair_bend_of_a_product_comes_back(tmp_path: Path) -> None:
+    """It has no target, which version 1 does not know, whatever its law."""
+    rig = triangle_rig()
+    bend = np.ones((1, len(rig.neutral.vertices), 3))
+    pair = Morph(rig.neutral, rig.neutral, bend, (BendCurve.power(2),))
+    lift = rig.morphs["lift"]
+    morphs = {"lift": lift, "other": lift, "pair": pair}
+    with_pair = Rig(rig.neutral, morphs, correctives={"pair": ["lift", "other"]})
+    write_glb(tmp_path / "a.glb", with_pair)
+    back = read_glb(tmp_path / "a.glb")
+    assert back.sliders.names == ("lift", "other")
+    for weights in ({"lift": 0.5}, {"lift": 0.5, "other": 0.75}, {"lift": 1.0, "other": 1.0}):
+        np.testing.assert_allclose(back.pose(weights), with_pair.pose(weights), atol=1e-6)
+
+
 def test_what_only_elastomorph_asks_may_be_missing(tmp_path: Path) -> None:
     """Another writer needs no law of stiff materials, and no choice."""
     write_glb(tmp_path / "a.glb", triangle_rig())

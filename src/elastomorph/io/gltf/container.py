@@ -293,14 +293,17 @@ def glb_chunks(text: bytes, chunk: bytes | None, rest: bytes = b"") -> list[byte
 
 
 def without_empty(value: Any) -> Any:
-    """JSON without nulls, empty lists, objects and texts: glTF leaves out what is not there."""
+    """JSON without nulls, empty lists, objects and texts: glTF leaves out what is not there.
+
+    A morph without target is another than one whose target has no name.
+    """
     if isinstance(value, list):
         return [without_empty(each) for each in value]
     if isinstance(value, dict):
         return {
             key: without_empty(each)
             for key, each in value.items()
-            if each is not None and each != "" and each != [] and each != {}
+            if (each is not None and each not in ("", [], {})) or (key, each) == ("target", "")
         }
     return value
 
