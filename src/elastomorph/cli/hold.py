@@ -133,8 +133,10 @@ def _tell(held: Held, written: Path | None) -> None:
     for own in held.corrections:
         if own.law:
             before, after = own.fractions
-            damage = f"{own.before:.2g} → {own.after:.2g}", f"{100 * before:.2f} → {100 * after:.2f}"
-            table.add_row(own.name, own.law, str(len(own.drivers)), *damage, str(own.frames))
+            share = f"{100 * before:.2f} → {100 * after:.2f}" if own.diameter else "folds a frame"
+            damage = f"{own.before:.2g} → {own.after:.2g}"
+            row = (own.name, own.law, str(len(own.drivers)), damage, share, str(own.frames))
+            table.add_row(*row)
     if table.row_count:
         console.print(table)
     lines = [own.note for own in held.corrections if own.note]

@@ -1,6 +1,6 @@
 """Rigs that hold together where several of their shapes meet."""
 
 from elastomorph.holding.correction import Correction
-from elastomorph.holding.hold import Held, hold
+from elastomorph.holding.held import Held, hold
 
 __all__ = ["Correction", "Held", "hold"]

@@ -21,9 +21,10 @@ class Correction:
         drivers: Sliders that drive it.
         law: How, as for `elastomorph.Corrective`; empty where none was added.
         numbers: Of the law.
-        before: Largest damage without it, in the unit of the rig.
+        before: Damage without it: how far lids slide past each other at most, in the unit of the
+            rig; of folds, how many triangles are seen folded, a frame.
         after: What is left of it.
-        diameter: D of the rig.
+        diameter: D of the rig; 0 where damage is a number of folds.
         frames: Frames of the takes in which its weight is above 0; 0 without takes.
         targets: Morph targets it costs.
         note: What was left out or kept, in a sentence; empty where there is nothing to say.
@@ -42,8 +43,12 @@ class Correction:
 
     @property
     def fractions(self) -> tuple[float, float]:
-        """Damage before and after, as fractions of D."""
-        return self.before / (self.diameter or 1.0), self.after / (self.diameter or 1.0)
+        """Damage before and after, as fractions of D; 0 of folds."""
+        return (
+            (self.before / self.diameter, self.after / self.diameter)
+            if self.diameter
+            else (0.0, 0.0)
+        )
 
 
 def straight_morph(rig: Rig, vertices: NDArray[np.int64], shift: NDArray[np.float64]) -> Morph:

@@ -9,6 +9,7 @@ import numpy as np
 
 from elastomorph.errors import ParameterError
 from elastomorph.holding.correction import Correction, with_morph
+from elastomorph.holding.folds import fold_correctives
 from elastomorph.holding.lids import lid_corrections
 from elastomorph.model.morph import Morph
 from elastomorph.numbers import as_number
@@ -46,7 +47,8 @@ def hold(
             sliders drawn at random.
         lids: Let lids meet that several sliders shut together: two correctives an eye, 0 as long as
             the eye is open.
-        folds: Most correctives against folds of the skin.
+        folds: Most correctives that undo folds of the skin where two sliders meet. None by default,
+            for the eye gains little.
 
     Returns:
         The rig, and what was added.
@@ -77,5 +79,28 @@ def hold(
     if lids:
         add(lid_corrections(rig, table))
     if most:
-        raise NotImplementedError  # elastomorph.holding.folds goes here, given the rig so far
+        add(_fold_corrections(rig, int(most), given))
     return Held(rig, tuple(rows))
+
+
+def _fold_corrections(
+    rig: Rig, most: int, takes: list[Performance]
+) -> Iterator[tuple[Correction, Morph | None]]:
+    weights = [slider_weights(rig, take, clip=True) for take in takes]
+    for name, morph, law, row in fold_correctives(rig, most, takes):
+        if name in rig:  # of a rig that was held before
+            yield Correction(name, note=f"{name} is there already, and kept"), None
+            continue
+        columns = [rig.names.index(driver) for driver in law.drivers]
+        yield (
+            Correction(
+                name,
+                law.drivers,
+                law.law,
+                before=row.before,
+                after=row.after,
+                frames=sum(int((own[:, columns].min(axis=1) > 0).sum()) for own in weights),
+                targets=1,
+            ),
+            morph,
+        )
