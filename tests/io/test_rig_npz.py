@@ -151,7 +151,7 @@ def changed(path: Path, **members: Any) -> Path:
     ("name", "value", "words"),
     [
         ("rig_version", None, "holds no rig"),
-        ("rig_version", np.array(2), "version 2, expected 1"),
+        ("rig_version", np.array(3), "version 3, expected 1"),
         ("slider_group_names", None, "the array 'slider_group_names' is missing"),
         ("uv_corners", None, "the array 'uv_corners' is missing"),
         ("neutral", np.full((5, 3), np.nan), "vertex 0 has the coordinates"),

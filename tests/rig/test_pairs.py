@@ -76,7 +76,13 @@ def test_both_alike_are_on_the_path_to_both(rig: em.Rig, m: float) -> None:
     target = rig.neutral.with_vertices(rig.neutral.vertices + one.delta + other.delta)
     path = _path(rig.neutral, target, extent_of(rig))
     away = np.linalg.norm(path.at(m) - rig.pose({"jawOpen": m, "mouthClose": m}), axis=1).max()
-    assert away <= 1e-10 * rig.neutral.diameter
+    assert away <= 1e-4 * extent_of(rig) + 1e-10
+
+
+def test_what_it_hardly_moves_it_does_not_move(rig: em.Rig) -> None:
+    peaks = [curve.height for curve in rig[NAME].bend_curves]
+    moves = np.einsum("k,kv->v", peaks, np.linalg.norm(rig[NAME].bends, axis=2))
+    assert moves[moves > 0].min() >= 1e-4 * extent_of(rig)
 
 
 _PATHS: dict[bytes, em.Morph] = {}

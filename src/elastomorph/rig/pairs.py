@@ -38,6 +38,10 @@ _VERTICES = 10
 _LEVELS = np.arange(1, 9) / 8.0
 """Weights of both sliders at which it is looked for."""
 
+_STILL = 1e-4
+"""Vertices that a pair bend moves by less, as a fraction of D, it does not move: paths are held no
+closer, and where each of three is off by a little there is always some difference."""
+
 _NOTHING = 1e-3
 """What bends depart by less, as a fraction of D, nobody sees; nor does the ratio to less count."""
 
@@ -165,13 +169,18 @@ def _pair(
             bends[key] = curve, known + sign * bend
     kept = [(curve, bend) for curve, bend in bends.values() if bend.any()]
     fields = np.array([bend for _, bend in kept]).reshape(-1, *neutral.vertices.shape)
-    moves = sum((curve.height * np.linalg.norm(bend, axis=1) for curve, bend in kept), np.zeros(1))
+    moves = np.zeros(len(neutral.vertices))
+    for curve, bend in kept:
+        moves += curve.height * np.linalg.norm(bend, axis=1)
+    still = moves < _STILL * extent
+    dropped = float(moves[still].max(initial=0.0)) / (neutral.diameter or 1.0)
+    fields[:, still] = 0.0
     return Morph(
         neutral,
         neutral,
         fields,
         tuple(curve for curve, _ in kept),
         method="pair",
-        bake_error=both.bake_error + one.bake_error + other.bake_error,
+        bake_error=both.bake_error + one.bake_error + other.bake_error + dropped,
         choice=Choice(float(moves.max()) / (extent or 1.0), 0.0, exact=False, meeting=ratio),
     )

@@ -17,6 +17,7 @@ from elastomorph.io.gltf.clips import (
     read_weight_clips,
 )
 from elastomorph.io.gltf.container import open_gltf
+from elastomorph.rig.laws import Corrective
 from elastomorph.rig.sliders import Sliders
 
 NAMES = ("open", "smile")
@@ -101,7 +102,7 @@ def test_meshes_play_together_at_the_keys_of_both(tmp_path: Path) -> None:
 
 
 def test_a_corrective_gets_its_share_of_what_drives_it(tmp_path: Path) -> None:
-    sliders = Sliders(NAMES, {"smile": ("open", "smile")})
+    sliders = Sliders(NAMES, {"smile": Corrective(("open", "smile"))})
     (clip,) = clips(animated([0.0, 1.0], [0, 0, 0.5, 0.25]), tmp_path, sliders)
     np.testing.assert_array_equal(clip.weights, [[0, 0], [0.5, 0.5]])
 

@@ -133,13 +133,15 @@ def test_compressed_files_keep_polygons_and_stay_within_the_error(
 
 
 @pytest.mark.slow
-def test_bends_add_a_third_and_compressing_leaves_a_sixth(data_dir: Path, tmp_path: Path) -> None:
-    """All 57 targets: bent at most 1.35 times the straight file; compressed at most 4 MiB."""
+def test_bends_add_two_fifths_and_compressing_leaves_a_sixth(
+    data_dir: Path, tmp_path: Path
+) -> None:
+    """All 57 targets and pair bends: at most 1.4 times the straight file; compressed 4 MiB."""
     sizes = {}
     for method in ("linear", "auto"):
         rig = em.read_rig(data_dir / "ict-facekit", method=method)
         sizes[method] = write_glb(tmp_path / "a.glb", rig).bytes
-    assert sizes["auto"] <= 1.35 * sizes["linear"]
+    assert sizes["auto"] <= 1.4 * sizes["linear"]
     report = write_glb(tmp_path / "b.glb", rig, compress=True)
     assert report.bytes <= 4 * 2**20
     assert report.rounding_error + report.dropped_error <= 1e-4
