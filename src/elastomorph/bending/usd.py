@@ -126,8 +126,9 @@ def bend_usd(
     The layer sublayers the file and overrides its BlendShape prims: each gets the fewest
     in-betweens that hold it within the tolerance of its path, and beside them the path itself,
     which `elastomorph.read_rig` gives back. Of targets that meet it adds pair bends, to the lists
-    of their meshes and to the animation that these follow, with keys where it takes them. Targets that have in-betweens, or a path of
-    elastomorph's, keep them. A layer of bends is made anew from the file that it lies over.
+    of their meshes and to the animation that these follow, with keys where it takes them. Targets
+    that have in-betweens, or a path of elastomorph's, keep them. A layer of bends is made anew from
+    the file that it lies over.
 
     Args:
         path: A .usd, .usda, .usdc or .usdz file, or a layer that this function wrote.
