@@ -45,7 +45,7 @@ CHIN, RIGHT, LEFT = 8, 48, 54  # of the 68 landmarks; the corners are of the mou
 
 def telling_vertices(rig: Rig, count: int) -> list[int]:
     """Vertices whose movements tell the sliders apart, by a pivoted QR of all of them."""
-    moves = np.stack([m.delta.ravel() / np.abs(m.delta).max() for m in rig.morphs.values()])
+    moves = np.stack([rig[n].delta.ravel() / np.abs(rig[n].delta).max() for n in rig.names])
     order = qr(moves, mode="r", pivoting=True)[1] // 3
     return list(dict.fromkeys(order[: 10 * count].tolist()))[:count]
 
@@ -157,9 +157,9 @@ def found_again(rig: Rig, vertices: list[int], noise: float) -> None:
 
 
 def bent_and_straight(rig: Rig, vertices: list[int], extent: float) -> None:
-    targets = {name: morph.target for name, morph in rig.morphs.items()}
+    targets = {name: rig[name].target for name in rig.names}
     straight = Rig(rig.neutral, targets, method="linear")
-    bent_names = [name for name, morph in rig.morphs.items() if len(morph.bends)]
+    bent_names = [name for name in rig.names if len(rig[name].bends)]
     errors = []
     for name in bent_names:
         face = rig.pose({name: 0.5})

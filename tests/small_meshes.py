@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.polygons import Polygons
 
-__all__ = ["cut_open", "grid"]
+__all__ = ["cut_open", "grid", "meeting"]
 
 
 def grid(
@@ -40,3 +40,11 @@ def cut_open(mesh: Mesh, far: np.ndarray) -> tuple[Mesh, np.ndarray]:
     indices = np.where(corner_far, copies[faces.indices], faces.indices)
     origin = np.concatenate([np.arange(len(copies)), shared])
     return Mesh(mesh.vertices[origin], Polygons(indices, faces.offsets)), origin
+
+
+def meeting(neutral: Mesh) -> dict[str, Mesh]:
+    """A target that turns a mesh about x, and one that takes most of it back."""
+    x, y, z = neutral.vertices.T
+    turned = np.stack([x, y * np.cos(1) - z * np.sin(1), y * np.sin(1) + z * np.cos(1)], axis=1)
+    back = neutral.vertices - 0.9 * (turned - neutral.vertices)
+    return {"jawOpen": neutral.with_vertices(turned), "mouthClose": neutral.with_vertices(back)}

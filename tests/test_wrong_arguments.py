@@ -216,6 +216,8 @@ CALLS: list[tuple[str, Callable[[], object], str]] = [
     ("read_markers None", lambda: EM.read_markers(None), "a file is named by a text"),
     ("read_markers a mesh", lambda: EM.read_markers(MESH), "a file is named by a text"),
     ("read_markers of no take", lambda: EM.read_markers("take.csv"), "no files called 'take.csv'"),
+    ("read_correctives None", lambda: EM.read_correctives(None, []), "a file is named by a text"),
+    ("read_correctives file", lambda: EM.read_correctives("a.json", []), "no such file"),
     ("read_performance None", lambda: EM.read_performance(None), "a file is named by a text"),
     ("read_performance rate", lambda: EM.read_performance("a.csv", "x"), "no such file"),
     ("Performance name", lambda: EM.Performance("jaw", [0], [[1]], 30), "a list of texts"),

@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from elastomorph.io.sequences import read_markers as read_markers
     from elastomorph.io.sequences import read_sequence as read_sequence
     from elastomorph.io.sequences import write_sequence as write_sequence
+    from elastomorph.io.simplex import read_correctives as read_correctives
     from elastomorph.model.bend_curve import BendCurve as BendCurve
     from elastomorph.model.markers import Markers as Markers
     from elastomorph.model.mesh import Mesh as Mesh
@@ -91,6 +92,7 @@ _HOMES = {
     "io.registry": ("read", "write"),
     "io.rig_folder": ("read_rig",),
     "io.sequences": ("read_markers", "read_sequence", "write_sequence"),
+    "io.simplex": ("read_correctives",),
     "model.bend_curve": ("BendCurve",),
     "model.markers": ("Markers",),
     "model.mesh": ("Mesh",),

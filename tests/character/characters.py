@@ -51,6 +51,7 @@ def write_character(folder: Path) -> None:
     (folder / "top.json").write_text(json.dumps(list(range(2 * SIDE))))
     drawn = [[SIDE * row + column for row in range(SIDE)] for column in range(SIDE)]
     (folder / "curves.json").write_text(json.dumps(drawn))
+    (folder / "simplex.json").write_text(json.dumps(simplex_definition()))
     rig = em.Rig(neutral, {"smile": em.interpolate(neutral, targets["smile"])})
     em.write(folder / "head.npz", rig)
     write_foreign_glb(folder / "heads.glb", rig, nodes=("left", "right"))
@@ -58,6 +59,20 @@ def write_character(folder: Path) -> None:
     ends = {name: cut.with_vertices(mesh.vertices[origin]) for name, mesh in targets.items()}
     (folder / "cut").mkdir()
     em.write(folder / "cut" / "cut.npz", em.Rig(cut, ends, method="linear"))
+
+
+def simplex_definition() -> dict[str, Any]:
+    """What Simplex would write of two sliders and a combo of both: brow."""
+    pairs = [[[0, 0.0], [number, 1.0]] for number in (1, 2, 3)]
+    return {
+        "encodingVersion": 3,
+        "shapes": [{"name": name} for name in ("Rest", "jawOpen", "smile", "brow")],
+        "progressions": [{"pairs": own} for own in pairs],
+        "sliders": [{"name": "jaw", "prog": 0}, {"name": "smiling", "prog": 1}],
+        "combos": [
+            {"name": "both", "prog": 2, "pairs": [[0, 1.0], [1, 1.0]], "solveType": "extMul"}
+        ],
+    }
 
 
 TABLES: dict[str, Any] = {

@@ -64,6 +64,25 @@ RIG: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         {"character": {"rig": "cut/cut.npz"}, "method": {"default": "rotation"}},
         {"character": {"rig": "cut/cut.npz", "weld": False}, "method": {"default": "rotation"}},
     ),
+    "character.correctives": (TABLES, changed(TABLES, character__correctives="simplex.json")),
+    "correctives.*.drivers": (
+        changed(TABLES, correctives__smile={"drivers": ["jawOpen"], "law": "min"}),
+        changed(TABLES, correctives__smile={"drivers": ["jawOpen", "brow"], "law": "min"}),
+    ),
+    "correctives.*.law": (
+        changed(TABLES, correctives__smile={"drivers": ["jawOpen", "brow"]}),
+        changed(TABLES, correctives__smile={"drivers": ["jawOpen", "brow"], "law": "min"}),
+    ),
+    **{
+        f"correctives.*.{key}": (
+            changed(TABLES, correctives__smile={"drivers": ["jawOpen"], "law": law, key: first}),
+            changed(TABLES, correctives__smile={"drivers": ["jawOpen"], "law": law, key: second}),
+        )
+        for key, law, first, second in (
+            ("gains", "hinge", [0.5], [1.5]),
+            ("sharpness", "softmin", 4, 2.5),
+        )
+    },
     "method.default": (BASE, changed(BASE, method__default="arc")),
     "methods.*.method": (BASE, changed(BASE, methods__smile__method="beam:2")),
     "regions.*.method": (BASE, changed(BASE, regions__left__method="cosine")),

@@ -18,6 +18,7 @@ HEADINGS = {
     "method": "`[method]`",
     "regions.*": "`[regions.NAME]`",
     "inbetweens.*": "`[inbetweens.TARGET]`",
+    "correctives.*": "`[correctives.NAME]`",
     "timing": "`[timing]`",
     "export.glb": "`[export.glb]`",
     "export.usd": "`[export.usd]`",
@@ -47,7 +48,7 @@ def test_its_examples_are_settings(tmp_path: Path) -> None:
     em.write(tmp_path / "cheekPuff_40.obj", shapes()["brow"])
     (tmp_path / "mouth.json").write_text("[0, 1, 2, 7, 8, 9]")
     examples = re.findall(r"^```toml\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
-    assert len(examples) == 2
+    assert len(examples) == 3
     for text in examples:
         (tmp_path / "elastomorph.toml").write_text(text)
         settings = read_settings(tmp_path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 from typing import Any
@@ -216,7 +217,132 @@ def test_groups_and_correctives_reach_the_rig(folder: Path) -> None:
     )
     rig = rig_of(folder, tables)
     assert rig.sliders.groups == {"mouth": ("smile", "jawOpen", "brow"), "brows": ("brow",)}
-    assert rig.sliders.correctives == {"smile": ("jawOpen", "brow")}
+    assert rig.sliders.correctives == {"smile": em.Corrective(("jawOpen", "brow"))}
+
+
+def test_correctives_follow_their_law(folder: Path) -> None:
+    table = {"drivers": ["jawOpen", "brow"], "law": "hinge", "gains": [0.5, 1.25]}
+    rig = rig_of(folder, changed(TABLES, correctives={"smile": table}))
+    assert rig.sliders.correctives == {
+        "smile": em.Corrective(("jawOpen", "brow"), "hinge", (0.5, 1.25))
+    }
+    posed = rig.pose({"jawOpen": 1.0, "brow": 1.0})
+    parts = [rig.morphs[n].at(t) for n, t in (("jawOpen", 1.0), ("brow", 1.0), ("smile", 0.75))]
+    np.testing.assert_allclose(posed, sum(parts) - 2 * rig.neutral.vertices, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "message"),
+    [
+        ('smile = { drivers = ["brow"], law = "mean" }', 5, "the law must be one of product, min"),
+        ('smile = { law = "min" }', 5, "has no drivers"),
+        ('smile = { drivers = ["brow"], law = "hinge", gains = [1, 2] }', 5, "one gain a driver"),
+        ('smile = { drivers = ["brow"], law = "min", gains = [1] }', 5, "takes no gains"),
+        ('smile = { drivers = ["brow"], law = "softmin", sharpness = 0 }', 5, "sharpness"),
+        ('smile = { drivers = ["brow"], lwa = "min" }', 5, "unknown key 'lwa'"),
+        ('smile = { drivers = ["brow"], gains = "1" }', 5, "must be a list of finite numbers"),
+        ("smile = 3", 5, "must be text or a list of texts"),
+        ('brow = ["smile"]\nsmile = ["jawOpen"]', 5, "driven by 'smile', which is a corrective"),
+    ],
+)
+def test_correctives_that_cannot_be_are_refused_with_their_line(
+    folder: Path, text: str, line: int, message: str
+) -> None:
+    path = folder / "elastomorph.toml"
+    path.write_text(f'[method]\ndefault = "linear"\n\n[correctives]\n{text}\n')
+    with pytest.raises(
+        FormatError, match=rf"elastomorph\.toml, line {line}: .*{re.escape(message)}"
+    ):
+        read_settings(folder)
+
+
+def test_a_file_of_simplex_says_what_drives_targets(folder: Path) -> None:
+    """Correctives of the settings go before it, and targets that it lacks are left out."""
+    with_file = changed(TABLES, character__correctives="simplex.json")
+    both = em.Corrective(("jawOpen", "smile"), "extMul")
+    assert rig_of(folder, with_file).sliders.correctives == {"brow": both}
+    own = changed(with_file, correctives={"brow": ["smile"]})
+    assert rig_of(folder, own).sliders.correctives == {"brow": em.Corrective(("smile",))}
+
+
+def closing(folder: Path) -> None:
+    """Add mouthClose, which takes back most of what jawOpen moves."""
+    neutral, jaw = sheet(), target(folder, "jawOpen")
+    ends = neutral.vertices - 0.9 * (jaw.vertices - neutral.vertices)
+    em.write(folder / "shapes" / "mouthClose.obj", neutral.with_vertices(ends))
+
+
+AUTO = changed(TABLES, method__default="auto")
+PAIR = "jawOpen_mouthClose"
+
+
+def test_paths_that_meet_have_the_pair_bends_of_any_rig(folder: Path) -> None:
+    closing(folder)
+    rig = rig_of(folder, AUTO)
+    names = ("brow", "jawOpen", "mouthClose", "smile")
+    expected = Rig(rig.neutral, {name: target(folder, name) for name in names})
+    assert rig.sliders.correctives == {PAIR: em.Corrective(("jawOpen", "mouthClose"), "min")}
+    assert dict(rig.sliders.correctives) == dict(expected.sliders.correctives)
+    for weights in ([0, 0.5, 0.5, 0], [0.3, 0.8, 0.4, 0.1]):
+        np.testing.assert_allclose(rig.pose(weights), expected.pose(weights), atol=1e-12)
+    read_settings(folder)
+    kept = [rig_from_settings(read_settings(folder), cache=folder / "cache") for _ in range(2)]
+    assert [dict(own.sliders.correctives) for own in kept] == [dict(rig.sliders.correctives)] * 2
+
+
+@pytest.mark.parametrize("method", ["auto", "rotation", "arc"])
+def test_a_pair_is_bent_by_the_method_of_both(folder: Path, method: str) -> None:
+    """On the diagonal it is on the path to the sum of both, made by that method."""
+    closing(folder)
+    methods = dict.fromkeys(("jawOpen", "mouthClose"), method)
+    rig = rig_of(folder, changed(TABLES, methods=methods))
+    assert PAIR in rig.pair_bends()
+    ends = [rig.morphs[name].delta for name in methods]
+    both = rig.neutral.with_vertices(rig.neutral.vertices + sum(ends))
+    path = em.interpolate(rig.neutral, both, method)
+    np.testing.assert_allclose(
+        rig.pose({"jawOpen": 0.6, "mouthClose": 0.6}), path.at(0.6), atol=1e-4 * sheet().diameter
+    )
+
+
+def test_rotation_of_one_and_auto_of_the_other_are_one_method(folder: Path) -> None:
+    """As when somebody takes what `init` suggests for jaws."""
+    closing(folder)
+    rig = rig_of(folder, changed(AUTO, methods__jawOpen="rotation"))
+    assert PAIR in rig.pair_bends()
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"methods": {"mouthClose": "linear"}},
+        {"inbetweens__mouthClose": {"0.3": "brow_30.obj"}},
+    ],
+)
+def test_paths_of_other_kinds_have_no_pair_bend(folder: Path, changes: dict[str, Any]) -> None:
+    closing(folder)
+    assert not rig_of(folder, changed(AUTO, **changes)).pair_bends()
+
+
+def test_pair_bends_of_a_rig_file_stay_with_the_paths_that_they_join(folder: Path) -> None:
+    closing(folder)
+    rig = rig_of(folder, AUTO)
+    em.write(folder / "met.npz", rig)
+    tables: dict[str, Any] = {"character": {"rig": "met.npz"}}
+    kept = rig_of(folder, tables)
+    assert dict(kept.sliders.correctives) == dict(rig.sliders.correctives)
+    np.testing.assert_array_equal(kept.pose([0, 0.5, 0.4, 0]), rig.pose([0, 0.5, 0.4, 0]))
+    own = rig_of(folder, changed(tables, correctives={"smile": ["jawOpen"]}))
+    assert set(own.sliders.correctives) == {"smile", PAIR}
+    on_top = rig_of(folder, changed(tables, correctives={"mouthClose": ["jawOpen", "mouthClose"]}))
+    assert set(on_top.sliders.correctives) == {"mouthClose"}  # no driver is itself a corrective
+    other = rig_of(
+        folder, changed(tables, correctives={PAIR: {"drivers": ["jawOpen"], "law": "min"}})
+    )
+    assert other.sliders.correctives == {PAIR: em.Corrective(("jawOpen",), "min")}
+    assert not rig_of(folder, changed(tables, methods={"jawOpen": "linear"})).pair_bends()
+    anew = rig_of(folder, changed(tables, method={"default": "rotation"}))
+    assert list(anew.pair_bends()) == [PAIR]
 
 
 @pytest.mark.parametrize(
@@ -280,7 +406,7 @@ def test_a_rig_file_keeps_its_paths_where_nothing_is_said(folder: Path) -> None:
     assert_same_path(rig.morphs["brow"], own["brow"])
     assert rig.morphs["smile"].method == "rotation"
     assert rig.sliders.groups == {"all": ("smile", "brow")}
-    assert rig.sliders.correctives == {"brow": ("smile",)}
+    assert rig.sliders.correctives == {"brow": em.Corrective(("smile",))}
     remade = rig_of(folder, changed(tables, method__default="beam:3", methods=None))
     assert {morph.method for morph in remade.morphs.values()} == {"beam R=3"}
     assert rig_of(

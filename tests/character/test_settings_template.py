@@ -26,6 +26,7 @@ from elastomorph.errors import FileError
 from elastomorph.io.performance import write_performance_csv
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.rig.performance import Performance
+from small_meshes import meeting
 
 
 def switched_on(text: str) -> str:
@@ -115,8 +116,7 @@ def test_every_suggestion_is_valid(folder: Path) -> None:
     assert rig.morphs["jawOpen"].method.startswith("through 0.3")
     assert "jawOpen_30" not in rig.morphs
     assert rig.sliders.correctives == {
-        "mouthClose": ("jawOpen", "mouthClose"),
-        "jawOpen_mouthFunnel": ("jawOpen", "mouthFunnel"),
+        "jawOpen_mouthFunnel": em.Corrective(("jawOpen", "mouthFunnel"))
     }
     assert rig.sliders.groups["eye"] == ("eyeBlink_L", "eyeBlink_R")
     lines = text.split("\n")
@@ -249,8 +249,15 @@ def test_names_of_names_are_correctives() -> None:
     assert correctives(names) == {"jawOpen_mouthSmile_L": ["jawOpen", "mouthSmile_L"]}
     nested = ["a", "b", "c", "a_b", "a_b_c", "a_a"]
     assert correctives(nested) == {"a_b": ["a", "b"]}
-    assert correctives(["jawOpen", "mouthClose"]) == {"mouthClose": ["jawOpen", "mouthClose"]}
-    assert correctives(["mouthClose"]) == {}
+    assert correctives(["jawOpen", "mouthClose", "eyeBlink_L"]) == {}
+    assert correctives(["eyeBlink", "L", "eyeBlink_L"]) == {"eyeBlink_L": ["eyeBlink", "L"]}
+
+
+def test_pair_bends_of_a_rig_file_are_no_targets(tmp_path: Path) -> None:
+    """They are called as combination shapes are, and nobody has made them."""
+    em.write(tmp_path / "head.npz", em.Rig(sheet(), meeting(sheet())))
+    assert "jawOpen_mouthClose" in em.read_rig(tmp_path / "head.npz")
+    assert survey(tmp_path).shapes == ("jawOpen", "mouthClose")
 
 
 def test_groups_are_patterns_where_they_say_the_same() -> None:

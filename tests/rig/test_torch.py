@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import elastomorph as em
 from elastomorph.rig import Rig
 from needs import extra
 
@@ -27,6 +28,27 @@ def test_module_gives_the_same_faces(small: Rig, times: float | None) -> None:
     when = None if times is None else torch.tensor(times, dtype=torch.float64)
     faces = module(torch.from_numpy(rows), when).numpy()
     np.testing.assert_allclose(faces, driven.batch(rows, times, dtype=np.float64), atol=1e-12)
+
+
+LAWS = [
+    *(em.Corrective(("a", "b"), law) for law in ("min", "allMul", "extMul", "mulAvgExt")),
+    em.Corrective(("a", "b", "c"), "mulAvgAll"),
+    em.Corrective(("b", "a"), "hinge", (0.5, 1.5)),
+    em.Corrective(("a", "b"), "softmin", (3.0,)),
+]
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda own: own.law)
+def test_correctives_follow_their_laws(small: Rig, law: em.Corrective) -> None:
+    """Below 0, at 0, at ties and above 1 too, with derivatives that are numbers."""
+    driven = Rig(small.neutral, small.morphs, correctives={"c": law})
+    rows = np.random.default_rng(2).uniform(-0.4, 1.4, (12, len(driven.names)))
+    rows[:3] = [[0.0], [0.6], [1.0]]
+    weights = torch.tensor(rows, requires_grad=True)
+    faces = RigModule(driven, torch.float64)(weights)
+    expected = driven.batch(rows, dtype=np.float64)
+    np.testing.assert_allclose(faces.detach().numpy(), expected, atol=1e-12)
+    assert torch.isfinite(torch.autograd.grad(faces.sum(), weights)[0]).all()
 
 
 def test_gradient_is_the_velocity(small: Rig) -> None:

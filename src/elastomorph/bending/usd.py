@@ -3,26 +3,33 @@
 UsdSkel plays a blend shape in straight pieces through its in-betweens, whose only input is the
 weight: animations of weights play bent without a change. In-betweens are those of all meshes that
 a target moves together, at the same weights, so that no seam between meshes opens.
+
+Where two targets meet, their pair bend is a blend shape that the layer adds: at weight 1 it moves
+nothing, and its in-betweens are the bend. The layer extends the animation that a mesh follows by its
+weight; others drive it by the least of the weights of both.
 """
 
 from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from elastomorph.bending.keys import Columns, Driven, bent_keys
 from elastomorph.bending.plan import BentMorph, Plan, make_plan
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import read_bytes, replacing, same_file
 from elastomorph.io.usd.inbetweens import Placement, place_inbetweens
 from elastomorph.io.usd.layer import (
     BentShape,
+    OriginalAnimation,
     OriginalFile,
     OriginalMesh,
     OriginalShape,
+    added_shapes,
     bent_shape,
     original_of,
     read_original,
@@ -116,10 +123,12 @@ def bend_usd(
 ) -> UsdBendReport:
     """Write a layer that bends the blend shapes of a USD file.
 
-    The layer sublayers the file and overrides its BlendShape prims only: each gets the fewest
+    The layer sublayers the file and overrides its BlendShape prims: each gets the fewest
     in-betweens that hold it within the tolerance of its path, and beside them the path itself,
-    which `elastomorph.read_rig` gives back. Targets that have in-betweens, or a path of
-    elastomorph's, keep them. A layer of bends is made anew from the file that it lies over.
+    which `elastomorph.read_rig` gives back. Of targets that meet it adds pair bends, to the lists
+    of their meshes and to the animation that these follow, with keys where it takes them. Targets
+    that have in-betweens, or a path of elastomorph's, keep them. A layer of bends is made anew from
+    the file that it lies over.
 
     Args:
         path: A .usd, .usda, .usdc or .usdz file, or a layer that this function wrote.
@@ -146,13 +155,14 @@ def bend_usd(
     bends = _Bends.planned(original, method, only, allowed, say)
     output = output if bends.plan.bent else None
     shapes = list(bends.shapes(path if output is None else output)) if bends.plan.bent else []
+    clips = [own for one in original.animations if (own := _extended(one, shapes, allowed))]
     if not shapes:
         size = 0
     elif output is None:
         with tempfile.TemporaryDirectory(prefix="elastomorph-") as folder:
-            size = write_layer(Path(folder) / "bends.usdc", original, shapes)
+            size = write_layer(Path(folder) / "bends.usdc", original, shapes, clips)
     else:
-        size = write_layer(output, original, shapes)
+        size = write_layer(output, original, shapes, clips)
     return UsdBendReport(
         Path(path),
         original.path,
@@ -285,10 +295,20 @@ class _Bends:
                     yield own
                 else:
                     _require_same(self.original, known[shape.prim], own)
+        for one in self.plan.bent:
+            if one.law is not None:
+                weights, extent = self.placements[one.name].weights, self.plan.extent
+                yield from added_shapes(
+                    output, self.original, one.name, one.law, self._whole(one), weights, extent
+                )
 
     def _whole(self, bent: BentMorph) -> Morph:
         rig = self.original.rig
-        target = rig.morphs[bent.name].target
+        if bent.name in rig:
+            target = rig.morphs[bent.name].target
+        else:
+            moved = self.welding.fields(bent.morph.delta)
+            target = rig.neutral.with_vertices(rig.neutral.vertices + moved)
         return self.welding.morph(rig.neutral, target, bent.morph)
 
     def _shape(
@@ -305,10 +325,10 @@ class _Bends:
         scale = (self.welding.neutral.diameter or 1.0) / (self.plan.extent or 1.0)
         added: dict[str, list[BentShape]] = {}
         for shape in shapes:
-            if shape.bent:
+            if shape.bent or shape.original.driven:
                 added.setdefault(shape.original.name, []).append(shape)
-        meshes = {shape.prim: mesh.path for mesh in self.original.meshes for shape in mesh.shapes}
-        for name in self.original.rig.morphs:
+        added_names = [own.name for own in self.plan.bent if own.law is not None]
+        for name in (*self.original.rig.morphs, *added_names):
             if name not in bent:
                 yield UsdBentTarget(name, "linear", 0.0, (), 0.0, 0, (), self._why(name))
                 continue
@@ -320,7 +340,7 @@ class _Bends:
                 tuple(placement.weights.tolist()),
                 placement.error * scale,
                 sum(shape.bytes for shape in own),
-                tuple(meshes[shape.original.prim] for shape in own),
+                tuple(shape.original.prim.rpartition("/")[0] for shape in own),
             )
 
     def _why(self, name: str) -> str:
@@ -330,6 +350,34 @@ class _Bends:
             return "not asked for"
         choice = self.plan.rig.morphs[name].choice
         return "straight" if choice is None else choice.text
+
+
+def _extended(
+    own: OriginalAnimation, shapes: Collection[BentShape], tolerance: float
+) -> OriginalAnimation | None:
+    """The animation with the weights of shapes that are added, within a tolerance; None if none.
+
+    It has a key wherever the straight lines that USD plays between keys would leave it.
+    """
+    place = {token: column for column, token in enumerate(own.tokens)}
+    added = {s.original.found.token: s.original.driven for s in shapes if s.original.driven}
+    driven = {t: one for t, one in added.items() if place.keys() >= {*one.drivers}}
+    if not driven:
+        return None
+    bends = tuple(
+        (Driven(tuple(place[name] for name in one.drivers), one.law), None, one.speed)
+        for one in driven.values()
+    )
+    columns, (rest, *rows) = Columns(len(place), bends, {}), own.weights
+    times, weights = own.times, columns.weights(rest)[None]
+    if rows:
+        # Keys are in single precision, time codes are not and may begin anywhere.
+        since = times - times[0]
+        keys = bent_keys(since, rows, "LINEAR", columns, tolerance)
+        exact = dict(zip(since.astype(np.float32).tolist(), times.tolist(), strict=True))
+        times = np.array([exact.get(time, times[0] + time) for time in keys.times.tolist()])
+        weights = np.concatenate([weights, keys.values])
+    return replace(own, tokens=(*own.tokens, *driven), times=times, weights=weights)
 
 
 def _names(only: Collection[str] | None, rig: Rig) -> list[str]:

@@ -18,6 +18,7 @@ from elastomorph.errors import FileError, FormatError
 from elastomorph.io.registry import MESH_FORMATS, known_suffixes, read
 from elastomorph.io.rig_cache import RigCache, read_or_build
 from elastomorph.io.rig_folder import find_neutral, find_rig_files, read_targets, rig_as_stored
+from elastomorph.io.simplex import read_correctives
 from elastomorph.io.vertex_lists import read_curves, read_region
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
@@ -27,7 +28,6 @@ from elastomorph.rig import Rig
 from elastomorph.rig.build import bare_rig, extent_of
 from elastomorph.rig.laws import Corrective
 from elastomorph.rig.pairs import pair_bends
-from elastomorph.rig.sliders import named_correctives
 
 
 def rig_from_settings(
@@ -87,9 +87,22 @@ def _built(
         what = name if sources.rig else f"the path to {name}"
         say(f"{what}, {len(morphs) + 1} of {len(targets)}")
         morphs[name] = maker.path(name, target, own=rig[name])
-    correctives = named_correctives(settings.correctives) or rig.sliders.correctives
+    given = dict(settings.correctives)
+    if settings.character.correctives is not None:
+        given = read_correctives(settings.file(settings.character.correctives), targets) | given
     groups = settings.members(morphs) or rig.sliders.groups
-    return maker.rig(rig, morphs, {**correctives, **rig.pair_bends()}, groups, say)
+    return maker.rig(rig, morphs, _correctives(rig, given), groups, say)
+
+
+def _correctives(rig: Rig, given: Mapping[str, Corrective]) -> dict[str, Corrective]:
+    """Those of settings in place of those of a rig, but for pair bends, which stay.
+
+    Unless what drives them is now a corrective itself, or settings drive them otherwise.
+    """
+    if not given:
+        return dict(rig.sliders.correctives)
+    pairs = rig.pair_bends().items()
+    return {n: own for n, own in pairs if not given.keys() & {*own.drivers}} | dict(given)
 
 
 def _what_paths_depend_on(settings: Settings) -> list[object]:
@@ -173,9 +186,9 @@ class PathMaker:
         Pair bends of the rig before stay where both paths are what they were.
         """
         made = {name for name, morph in morphs.items() if morph is not before[name]}
-        kept, whole = before.pair_bends(made), dict(morphs)
+        kept, whole = before.pair_bends(made).keys() & correctives.keys(), dict(morphs)
         gone = before.pair_bends().keys() - kept
-        whole |= {name: before[name] for name in kept}
+        whole |= {name: before[name] for name in before if name in kept}
         left = {name: own for name, own in correctives.items() if name not in gone}
         others = {name for pair in gone for name in before.sliders.drivers(pair)}
         among = [
@@ -285,7 +298,8 @@ class Sources:
 def find_sources(settings: Settings) -> Sources:
     """The files of the character of settings."""
     character = settings.character
-    beside = [character.curves] if character.curves is not None else []
+    lists = (character.curves, character.correctives)
+    beside = [name for name in lists if name is not None]
     for region in settings.regions.values():
         if isinstance(region.vertices, str) and region.vertices.lower().endswith(".json"):
             beside.append(region.vertices)

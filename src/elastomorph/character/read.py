@@ -22,6 +22,7 @@ from elastomorph.io.usd.writer import require_usd_settings
 from elastomorph.io.vertex_lists import read_region
 from elastomorph.paths import Method
 from elastomorph.paths.through import law_for
+from elastomorph.rig.laws import Corrective
 from elastomorph.rig.timing import by_name
 
 FILE_NAME = "elastomorph.toml"
@@ -90,7 +91,7 @@ def settings_of(document: Document) -> Settings:
         regions={name: _region(document, name) for name in document.table(("regions",))},
         inbetweens=inbetweens,
         groups=_lists(document, "groups"),
-        correctives=_lists(document, "correctives"),
+        correctives=_correctives(document),
         timing=timing,
         glb=_checked(document, ("export", "glb"), require_glb_settings),
         usd=_checked(document, ("export", "usd"), require_usd_settings),
@@ -250,6 +251,27 @@ def _lists(document: Document, table: str) -> dict[str, tuple[str, ...]]:
         name: document.value((table, name), _NAMES, given)
         for name, given in document.table((table,)).items()
     }
+
+
+def _correctives(document: Document) -> dict[str, Corrective]:
+    found: dict[str, Corrective] = {}
+    table = document.table(("correctives",))
+    for name, given in table.items():
+        where = ("correctives", name)
+        if isinstance(given, dict):
+            stated = document.values(where, tables()["correctives.*"])
+        else:
+            stated = {"drivers": document.value(where, _NAMES, given)}
+        with document.naming(where):
+            found[name] = Corrective.of(stated)
+        for driver in found[name].drivers:
+            if driver != name and driver in table:
+                document.refuse(
+                    where,
+                    f"{name!r} is driven by {driver!r}, which is a corrective itself; name the "
+                    "sliders that drive both",
+                )
+    return found
 
 
 def _checked(document: Document, where: Where, require: Callable[..., object]) -> dict[str, Any]:

@@ -54,6 +54,7 @@ def tables() -> dict[str, dict[str, Key]]:
             "neutral": Key("file", '"neutral.obj"'),
             "targets": Key("texts", '"shapes/*.obj"'),
             "curves": Key("file", '"curves.json"'),
+            "correctives": Key("file", '"simplex.json"'),
             "weld": Key("flag", "false"),
         },
         "method": {"default": _METHOD, **options},
@@ -66,6 +67,12 @@ def tables() -> dict[str, dict[str, Key]]:
         },
         "material": dict.fromkeys(every["material"].parts, _NUMBER),
         "inbetweens.*": {"method": Key("text", '"spline"')},
+        "correctives.*": {
+            "drivers": Key("texts", '["eyeBlinkLeft", "eyeSquintLeft"]'),
+            "law": Key("text", '"min"'),
+            "gains": Key("numbers", "[1.0, 0.4]"),
+            "sharpness": Key("number", "4"),
+        },
         "timing": {"default": Key("text", '"minimum-jerk"')},
         "export.glb": {
             "normals": Key("text", '"none"'),
@@ -88,7 +95,7 @@ FREE: dict[str, str] = {
     "methods": "a target, or a pattern such as eyeBlink_*, and its method",
     "inbetweens.*": 'a time between 0 and 1 and a file: "0.3" = "jawOpen_30.obj"',
     "groups": "a group and the names or patterns of its sliders",
-    "correctives": "a corrective and the sliders whose weights drive it",
+    "correctives": "a corrective and the sliders that drive it, or a table with their law",
 }
 """Tables whose keys are names of the user's own, and what each line of them says."""
 
@@ -116,6 +123,7 @@ def settings_tables(settings: Settings) -> dict[str, Any]:
             "neutral": _file(character.neutral),
             "targets": [_file(name) for name in character.targets],
             "curves": _file(character.curves),
+            "correctives": _file(character.correctives),
             "weld": character.weld,
         },
         "method": _complete(settings.method),
@@ -133,7 +141,7 @@ def settings_tables(settings: Settings) -> dict[str, Any]:
             for name, own in settings.inbetweens.items()
         },
         "groups": {name: list(own) for name, own in settings.groups.items()},
-        "correctives": {name: list(own) for name, own in settings.correctives.items()},
+        "correctives": {name: own.entry() for name, own in settings.correctives.items()},
         "timing": {"default": settings.timing},
         "export": {"glb": dict(settings.glb), "usd": dict(settings.usd)},
     }

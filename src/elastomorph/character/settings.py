@@ -12,6 +12,7 @@ from typing import Any
 from elastomorph.character.document import nearest
 from elastomorph.character.schema import MethodChoice
 from elastomorph.errors import FormatError
+from elastomorph.rig.laws import Corrective
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,7 @@ class Character:
     neutral: str | None = None  # found by its name where it is left out
     targets: tuple[str, ...] = ()  # files and patterns; every other mesh where they are left out
     curves: str | None = None  # of artists
+    correctives: str | None = None  # a file of Simplex that says what drives them
     weld: bool = True  # whether vertices at one place move as one
 
 
@@ -58,7 +60,7 @@ class Settings:
     regions: Mapping[str, Region] = field(default_factory=dict)  # the later lie on top
     inbetweens: Mapping[str, Inbetweens] = field(default_factory=dict)  # by target
     groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # sliders or patterns
-    correctives: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # what drives each
+    correctives: Mapping[str, Corrective] = field(default_factory=dict)  # what drives each
     timing: str | None = None  # how t runs over exported clips; None for evenly
     glb: Mapping[str, Any] = field(default_factory=dict)  # options of `write_glb`
     usd: Mapping[str, Any] = field(default_factory=dict)  # options of `write_usd`
@@ -101,7 +103,7 @@ class Settings:
             ("inbetweens", {name: (name,) for name in self.inbetweens}),
             ("groups", self.groups),
             ("correctives", {name: (name,) for name in self.correctives}),
-            ("correctives", self.correctives),
+            ("correctives", {name: own.drivers for name, own in self.correctives.items()}),
         ):
             for key, name in ((key, name) for key, own in spoken.items() for name in own):
                 patterns = table in ("methods", "groups") and is_pattern(name)

@@ -375,23 +375,13 @@ def turning(names: Sequence[str]) -> list[str]:
 
 
 def correctives(names: Sequence[str]) -> dict[str, list[str]]:
-    """Shapes that by their names belong on top of others, and what drives them.
+    """Combination shapes by their names, as Maya's, and what drives them.
 
-    ARKit's mouthClose closes the lips of an open jaw; a name of other names, such as
-    ``jawOpen_mouthFunnel``, corrects their sum.
+    ``jawOpen_mouthFunnel`` corrects the sum of two other targets.
     """
-    by_shape = {shape: name for name, shape in arkit_names(names).items()}
-    found: dict[str, list[str]] = {}
-    if "mouthClose" in by_shape and "jawOpen" in by_shape:
-        found[by_shape["mouthClose"]] = [by_shape["jawOpen"], by_shape["mouthClose"]]
-    for name in names:
-        parts = _joined(name, set(names) - {name})
-        if parts:
-            found[name] = parts
+    found = {name: parts for name in names if (parts := _joined(name, {*names} - {name}))}
     return {
-        name: drivers
-        for name, drivers in found.items()
-        if not any(own in found for own in drivers if own != name)
+        name: drivers for name, drivers in found.items() if not any(own in found for own in drivers)
     }
 
 

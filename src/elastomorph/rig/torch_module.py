@@ -12,6 +12,7 @@ import numpy as np
 
 from elastomorph.errors import MissingExtraError, ParameterError
 from elastomorph.model.bend_curve import BendCurve
+from elastomorph.rig.laws import PRODUCT, Corrective
 from elastomorph.rig.rig import Rig
 
 try:
@@ -35,6 +36,7 @@ class RigModule(torch.nn.Module):
         super().__init__()
         self.names = rig.names
         self._drivers = rig.sliders.driver_columns
+        self._laws = [rig.sliders.correctives.get(name) for name in rig.sliders.morphs]
         self._first_driver = [columns[0] for columns in self._drivers]
         matrix = rig.fields.matrix(np.float64)
         self.register_buffer("neutral", torch.from_numpy(matrix[0]).to(dtype))
@@ -68,7 +70,8 @@ class RigModule(torch.nn.Module):
             raise ParameterError(
                 f"weights must have shape (S, {len(self.names)}), found {tuple(weights.shape)}"
             )
-        driven = torch.stack([weights[:, c].prod(dim=1) for c in self._drivers], dim=1)
+        given = zip(self._drivers, self._laws, strict=True)
+        driven = torch.stack([_driven(weights[:, columns], law) for columns, law in given], dim=1)
         if times is None:
             zeta, moments = torch.ones_like(driven), driven
         else:
@@ -96,3 +99,31 @@ class RigModule(torch.nn.Module):
             value = value * local + rows[pieces, column]
         first, last = self._slopes[number]
         return value + first * t.clamp(max=0.0) + last * (t - 1.0).clamp(min=0.0)
+
+
+def _driven(weights: torch.Tensor, own: Corrective | None) -> torch.Tensor:
+    """(S,) what the law of a corrective makes of the (S, n) weights of its drivers."""
+    if own is None or own.law == PRODUCT:
+        return weights.prod(dim=1)
+    if own.law == "hinge":
+        return (weights @ weights.new_tensor(own.numbers) - 1.0).clamp(min=0.0)
+    if own.law == "min":
+        return weights.amin(dim=1).clamp(min=0.0)
+    if own.law == "softmin":
+        # Where it is 0, all are 1, so that derivatives stay numbers.
+        alive = (weights > 0).all(dim=1)
+        above = torch.where(alive[:, None], weights, 1.0)
+        least, power = above.amin(dim=1), own.numbers[0]
+        mean = ((least[:, None] / above) ** power).mean(dim=1)
+        return torch.where(alive, least * mean ** (-1.0 / power), 0.0)
+    clamped = weights.clamp(0.0, 1.0)
+    product, low, high = clamped.prod(dim=1), clamped.amin(dim=1), clamped.amax(dim=1)
+    if own.law == "allMul":
+        return product
+    if own.law == "extMul":
+        return low * high
+    if own.law == "mulAvgExt":
+        above, below = 2.0 * low * high, low + high
+    else:
+        above, below = weights.shape[1] * product, clamped.sum(dim=1)
+    return above / torch.where(below > 0, below, 1.0)

@@ -436,7 +436,7 @@ class _Content:
             vertices=sum(len(own.rows) for own in self.layout.primitives),
             triangles=sum(len(own.triangles) for own in self.layout.primitives),
             targets=len(targets.names),
-            bends=len(targets.names) - len(self.rig.morphs),
+            bends=sum(len(kept.bends) for kept in targets.morphs),
             dropped_bends=targets.dropped,
             bytes=size,
             dropped_error=self.dropped_error,

@@ -1,4 +1,4 @@
-"""Writes a layer of bends: it sublayers a file, and overrides its blend shapes and nothing else.
+"""Writes a layer of bends: it sublayers a file, overrides its blend shapes, and may add some.
 
 The original that it goes over is a file with its meshes, its blend shapes, and their places. What a
 bend adds to a blend shape that is there: in-betweens on its points, and its exact path. The shape
@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,11 +26,21 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import FileError, FormatError
 from elastomorph.io.atomic import opened, replacing_path, same_file
+from elastomorph.io.blend_shapes import different_names
 from elastomorph.io.isolated import IsolatedReader
 from elastomorph.io.joined_rig import Placing, RigPart
 from elastomorph.io.npz.members import NpzMembers
-from elastomorph.io.usd.exact import checksum, path_from_json, path_to_json
-from elastomorph.io.usd.library import BENDS, LAYER, LAYER_VERSION, PATH, naming_failure, pxr
+from elastomorph.io.usd.exact import checksum, path_from_json, path_to_json, prim_names
+from elastomorph.io.usd.library import (
+    BENDS,
+    LAYER,
+    LAYER_VERSION,
+    NAME,
+    PATH,
+    SLIDERS,
+    naming_failure,
+    pxr,
+)
 from elastomorph.io.usd.reader import (
     ADVICE,
     FoundMesh,
@@ -52,8 +62,30 @@ from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.model.polygons import polygon_normals
 from elastomorph.rig import Rig
+from elastomorph.rig.laws import Corrective
 
 _READER = IsolatedReader("elastomorph.io.usd.layer_worker", "USD", ADVICE)
+
+
+@dataclass(frozen=True, eq=False)
+class Driven:
+    """What drives a shape that a layer adds to a mesh."""
+
+    law: Corrective
+    drivers: tuple[str, ...]  # What UsdSkel calls the weights of its drivers
+    speed: float  # How far a vertex moves per weight, at most and as a fraction of D
+
+
+@dataclass(frozen=True, eq=False)
+class OriginalAnimation:
+    """The weights over time that meshes follow, as they are or as a layer extends them."""
+
+    path: str  # Of its prim
+    place: str  # The same, inside the variants that it depends on
+    unlisted: tuple[tuple[str, str], ...]  # As of a shape
+    tokens: tuple[str, ...]  # Names of J weights
+    times: NDArray[np.float64]  # (T,) time codes, rising
+    weights: NDArray[np.float64]  # (1 + T, J), the first where time does not count
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +100,7 @@ class OriginalShape:
     instance: str | None  # The instance that it lies in
     found: FoundShape
     normals: NDArray[np.float64] | None  # (N, 3) offsets of the normals, where it has any
+    driven: Driven | None = None  # Where the file has no such shape, and a layer adds it
 
     @property
     def has_path(self) -> bool:
@@ -86,6 +119,12 @@ class OriginalMesh:
     part: RigPart  # Where these hold it at rest
     vertices: slice  # Of the rig
     shapes: tuple[OriginalShape, ...]
+    spec: str  # Its path, inside the variants that it depends on
+    unlisted: tuple[tuple[str, str], ...]  # As of a shape
+    tokens: tuple[str, ...]  # What UsdSkel calls its shapes; none where none can be added
+    children: tuple[str, ...]  # Names of the prims below it
+    animation: str  # Path of the animation that it follows, if any
+    sliders: Mapping[str, Any]  # What elastomorph stored of them
 
     @property
     def place(self) -> Placing:
@@ -114,6 +153,7 @@ class OriginalFile:
     header: str  # A layer, as text, of what a stage takes from its root layer alone
     meshes: tuple[OriginalMesh, ...]
     rig: Rig
+    animations: tuple[OriginalAnimation, ...]
 
 
 def read_original(path: str | Path) -> OriginalFile:
@@ -135,7 +175,21 @@ def read_original(path: str | Path) -> OriginalFile:
                 content["header"],
                 tuple(_meshes(path, members, found, parts, content["meshes"])),
                 rig,
+                tuple(_animations(members, content["animations"])),
             )
+
+
+def _animations(members: NpzMembers, entries: list[dict[str, Any]]) -> Iterator[OriginalAnimation]:
+    for i, own in enumerate(entries):
+        times = members.array(f"animation_{i}_times", "f", (None,))
+        weights = members.array(f"animation_{i}_weights", "f", (1 + len(times), len(own["tokens"])))
+        if np.isfinite(weights).all() and np.isfinite(times).all():
+            unlisted, tokens = _pairs(own["unlisted"]), tuple(own["tokens"])
+            yield OriginalAnimation(own["path"], own["place"], unlisted, tokens, times, weights)
+
+
+def _pairs(entries: list[list[str]]) -> tuple[tuple[str, str], ...]:
+    return tuple((prim, name) for prim, name in entries)
 
 
 def original_of(path: str | Path) -> tuple[Path, tuple[Path, ...]]:
@@ -175,13 +229,12 @@ def _meshes(
                         "damaged or was written wrongly",
                     )
                 normals = normals.astype(np.float64)
-            lists = tuple((prim, name) for prim, name in own["unlisted"])
             shapes.append(
                 OriginalShape(
                     name,
                     own["prim"],
                     own["place"],
-                    lists,
+                    _pairs(own["unlisted"]),
                     tuple(own["variants"]),
                     own["instance"],
                     shape,
@@ -189,7 +242,20 @@ def _meshes(
                 )
             )
         vertices = slice(start, start + count)
-        yield OriginalMesh(entry["path"], one.mesh, one.held, part, vertices, tuple(shapes))
+        yield OriginalMesh(
+            entry["path"],
+            one.mesh,
+            one.held,
+            part,
+            vertices,
+            tuple(shapes),
+            entry["place"],
+            _pairs(entry["unlisted"]),
+            tuple(entry["tokens"]),
+            tuple(entry["children"]),
+            entry["animation"],
+            one.sliders,
+        )
         start += count
 
 
@@ -250,8 +316,8 @@ def bent_shape(
     floats = weights.astype(np.float32)
     at = np.concatenate([[1.0], floats.astype(np.float64)])
     factors = np.stack([curve(at) for curve in morph.bend_curves], axis=1)
-    factors[0] = 0.0
     exact = at[:, None, None] * target + np.tensordot(factors, bends, axes=1)
+    exact[0] = target  # to the bit: -0.0 plus 0.0 is another number to a checksum
     offsets = as_float32(path, exact, "an offset")
     scale = max(mesh.place.scale, np.finfo(float).tiny)
     size = mesh.part.mesh.diameter * scale
@@ -267,6 +333,48 @@ def bent_shape(
         normals = as_float32(path, _normals(mesh.mesh, points, at, exact, given), "a normal")
     joined = points.astype(np.int32) if joining.size else None
     return BentShape(shape, text, stored, floats, offsets, normals, joined)
+
+
+def added_shapes(
+    path: str | Path,
+    original: OriginalFile,
+    name: str,
+    law: Corrective,
+    morph: Morph,
+    weights: NDArray[np.float64],
+    extent: float,
+) -> Iterator[BentShape]:
+    """A shape that the file does not have, and others drive, in each mesh that it moves.
+
+    Morph and ``extent`` are as for `bent_shape`.
+    """
+    fields = np.concatenate([morph.delta[None], morph.bends])
+    steps = np.linspace(0.0, 1.0, 65)
+    speeds = [1.0, *(float(np.abs(curve.slope(steps)).max()) for curve in morph.bend_curves)]
+    moves = np.array(speeds) @ np.linalg.norm(fields, axis=2)
+    used: dict[tuple[str, tuple[str, ...]], str] = {}
+    for mesh in original.meshes:
+        if not mesh.tokens or moves[mesh.vertices].max() <= COARSEST * extent:
+            continue
+        # Weights that several meshes follow may be named by the shapes of another one.
+        beside = [one for one in original.meshes if one.animation == mesh.animation]
+        known = {s.name: s.found.token for one in (*beside, mesh) for s in one.shapes}
+        drivers = tuple(known.get(driver, "") for driver in law.drivers)
+        taken = {token for one in beside for token in one.tokens} | {*used.values(), *mesh.tokens}
+        taken |= {t for own in original.animations for t in own.tokens}
+        plain = prim_names([name])[0]
+        token = used.setdefault((mesh.animation, drivers), different_names([plain], taken=taken)[0])
+        prim = prim_names([name], mesh.children)[0]
+        there = np.flatnonzero(morph.delta[mesh.vertices].any(axis=1))
+        offsets = mesh.own(morph.delta[None, mesh.vertices][:, there], there)
+        nothing = np.zeros(0), np.zeros((0, 3))
+        found = FoundShape(token, prim, name, None, there, offsets, *nothing)
+        place = f"{mesh.spec}{'' if mesh.spec.endswith('}') else '/'}{prim}"
+        driven = Driven(law, drivers, float(moves[mesh.vertices].max()) / (extent or 1.0))
+        shape = OriginalShape(
+            name, f"{mesh.path}/{prim}", place, mesh.unlisted, (), None, found, None, driven
+        )
+        yield bent_shape(path, mesh, shape, morph, weights, extent)
 
 
 def straight_shape(path: str | Path, shape: OriginalShape, morph: Morph) -> BentShape:
@@ -319,8 +427,19 @@ def require_layer_path(path: str | Path) -> None:
         raise FormatError(path, f"expected a name that ends in {', '.join(SUFFIXES)}")
 
 
-def write_layer(path: str | Path, original: OriginalFile, shapes: Iterable[BentShape]) -> int:
+def write_layer(
+    path: str | Path,
+    original: OriginalFile,
+    shapes: Iterable[BentShape],
+    animations: Iterable[OriginalAnimation] = (),
+) -> int:
     """Write the layer over a file; its size in bytes.
+
+    Args:
+        path: The layer.
+        original: What it goes over.
+        shapes: What it says of blend shapes, those that it adds too.
+        animations: Those of the file that it extends by weights of shapes that it adds.
 
     Raises:
         FormatError: Another suffix, or a path of the original that USD cannot hold.
@@ -339,7 +458,13 @@ def write_layer(path: str | Path, original: OriginalFile, shapes: Iterable[BentS
         with pxr("Sdf").ChangeBlock():
             for shape in shapes:
                 _override(layer, shape)
-        _list_variants(layer, shapes)
+            for mesh in original.meshes:
+                own = [s for s in shapes if s.original.driven and _below(s.original.prim, mesh)]
+                if own:
+                    _bind(layer, mesh, own)
+            for animation in animations:
+                _extend(layer, animation)
+        _list_variants(layer, (*(shape.original for shape in shapes), *animations))
         kind = "usda" if Path(path).suffix.lower() == ".usda" else "usdc"
         mode = temporary.stat().st_mode
         layer.Export(str(temporary), args={"format": kind})
@@ -390,9 +515,15 @@ def _override(layer: Any, shape: BentShape) -> None:
         return values.Vec3fArray.FromNumpy(np.ascontiguousarray(rows))
 
     attribute(PATH, types.String, shape.path, custom=True)
-    if not shape.bent:
+    points, added = shape.points, shape.original.driven is not None
+    if added:
+        spec.specifier, spec.typeName = sdf.SpecifierDef, "BlendShape"
+        attribute(NAME, types.String, shape.original.name, custom=True)
+        points = shape.original.found.points.astype(np.int32) if points is None else points
+    if not (shape.bent or added):
         return
-    attribute(BENDS, *array_of_bends(shape.bends), custom=True)
+    if shape.bent:
+        attribute(BENDS, *array_of_bends(shape.bends), custom=True)
     for i, weight in enumerate(shape.weights.tolist(), start=1):
         name = f"inbetweens:{inbetween_name(weight)}"
         own = attribute(name, types.Point3fArray, vectors(shape.offsets[i]))
@@ -400,18 +531,57 @@ def _override(layer: Any, shape: BentShape) -> None:
         if shape.normals is not None:
             rows = vectors(shape.normals[i])
             attribute(f"{name}:normalOffsets", types.Vector3fArray, rows)
-    if shape.points is not None:
-        attribute("pointIndices", types.IntArray, values.IntArray.FromNumpy(shape.points))
+    if points is not None:
+        attribute("pointIndices", types.IntArray, values.IntArray.FromNumpy(points))
         attribute("offsets", types.Vector3fArray, vectors(shape.offsets[0]))
         if shape.normals is not None:
             attribute("normalOffsets", types.Vector3fArray, vectors(shape.normals[0]))
 
 
-def _list_variants(layer: Any, shapes: Iterable[BentShape]) -> None:
+def _below(prim: str, mesh: OriginalMesh) -> bool:
+    return prim.rpartition("/")[0] == mesh.path
+
+
+def _bind(layer: Any, mesh: OriginalMesh, added: Sequence[BentShape]) -> None:
+    """Add shapes to those of a mesh, and say what drives them."""
+    sdf = pxr("Sdf")
+    spec = sdf.CreatePrimInLayer(layer, mesh.spec)
+    names = sdf.AttributeSpec(
+        spec, "skel:blendShapes", sdf.ValueTypeNames.TokenArray, sdf.VariabilityUniform
+    )
+    tokens = [*mesh.tokens, *(shape.original.found.token for shape in added)]
+    names.default = pxr("Vt").TokenArray(tokens)
+    targets = sdf.RelationshipSpec(spec, "skel:blendShapeTargets", False)
+    targets.targetPathList.appendedItems = [sdf.Path(shape.original.prim) for shape in added]
+    known = mesh.sliders.get("correctives")
+    laws = {s.original.name: s.original.driven.law.entry() for s in added if s.original.driven}
+    said = {"version": 1, **mesh.sliders}
+    said["correctives"] = {**(known if isinstance(known, dict) else {}), **laws}
+    sliders = sdf.AttributeSpec(
+        spec, SLIDERS, sdf.ValueTypeNames.String, sdf.VariabilityVarying, True
+    )
+    sliders.default = json.dumps(said)
+
+
+def _extend(layer: Any, animation: OriginalAnimation) -> None:
+    """Write all weights of an animation anew."""
+    sdf, array = pxr("Sdf"), pxr("Vt").FloatArray
+    spec = sdf.CreatePrimInLayer(layer, animation.place)
+    types, kinds = sdf.ValueTypeNames, (sdf.VariabilityUniform, sdf.VariabilityVarying)
+    names = sdf.AttributeSpec(spec, "blendShapes", types.TokenArray, kinds[0])
+    names.default = pxr("Vt").TokenArray(animation.tokens)
+    weights = sdf.AttributeSpec(spec, "blendShapeWeights", types.FloatArray, kinds[1])
+    rest, *rows = map(array.FromNumpy, animation.weights.astype(np.float32))
+    weights.default = rest
+    for time, row in zip(animation.times.tolist(), rows, strict=True):
+        layer.SetTimeSample(weights.path, time, row)
+
+
+def _list_variants(layer: Any, named: Iterable[OriginalShape | OriginalAnimation]) -> None:
     """Name variant sets only where no layer below does: their order is that of their strength."""
     unlisted: dict[str, list[str]] = {}
-    for shape in shapes:
-        for prim, name in shape.original.unlisted:
+    for own in named:
+        for prim, name in own.unlisted:
             if name not in unlisted.setdefault(prim, []):
                 unlisted[prim].append(name)
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from elastomorph.io.isolated import RefusedError, allow_for, serve
 from elastomorph.io.usd.composed import Composed, digest_of, open_composed
-from elastomorph.io.usd.library import BENDS, PATH, original_in, pxr
+from elastomorph.io.usd.library import BENDS, NAME, PATH, SLIDERS, original_in, pxr
 from elastomorph.io.usd.worker import (
     chosen_prims,
     prepare,
@@ -24,8 +24,13 @@ from elastomorph.io.usd.worker import (
 # What composition takes from each layer of a stack by itself, not from the first alone.
 _OF_EACH_LAYER = ("subLayers", "subLayerOffsets", "primChildren", "layerRelocates", "relocates")
 _NOT_KEPT = ("documentation", "comment", "owner", "sessionOwner", "hasOwnedSubLayers")
-_OF_OVERS = ("specifier", "variantSetNames")
-_OURS = (BENDS, PATH, "offsets", "pointIndices", "normalOffsets")
+_OF_OVERS = ("specifier", "variantSetNames", "typeName")
+_OURS = (
+    *(BENDS, PATH, "offsets", "pointIndices", "normalOffsets"),
+    # Of shapes that are added, and the weights that drive them.
+    *(NAME, SLIDERS, "skel:blendShapes", "skel:blendShapeTargets"),
+    *("blendShapes", "blendShapeWeights"),
+)
 
 
 def content_of(source: str, *only_files: str) -> dict[str, NDArray[Any]]:
@@ -57,6 +62,7 @@ def content_of(source: str, *only_files: str) -> dict[str, NDArray[Any]]:
             "files": [source, *opened.files],
             "header": _header(opened.layer),
             "meshes": [_places(arrays, f"{i}_", opened, prim) for i, prim in enumerate(prims)],
+            "animations": _animations(arrays, opened, prims),
         }
         arrays["layer"] = text_array(content)
         return arrays
@@ -70,7 +76,9 @@ def _require_nothing_else(layer: Any) -> None:
             ours = path.name in _OURS or path.name.startswith("inbetweens:")
         else:
             spec = layer.GetPrimAtPath(path) if path.IsPrimPath() else None
-            ours = spec is None or set(spec.ListInfoKeys()) <= set(_OF_OVERS)
+            ours = spec is None or (
+                set(spec.ListInfoKeys()) <= set(_OF_OVERS) and spec.typeName in ("", "BlendShape")
+            )
         if not ours:
             raise RefusedError(
                 f"it is a layer of bends, but {path} in it was added or changed by someone and "
@@ -116,7 +124,47 @@ def _places(
                 "instance": _instance(own),
             }
         )
-    return {"path": prim.GetPath().pathString, "shapes": shapes}
+    place, unlisted = _place(opened, prim, _selections(prim))
+    tokens = skel.BindingAPI(prim).GetBlendShapesAttr().Get() or ()
+    source = _animation_of(prim)
+    return {
+        "path": prim.GetPath().pathString,
+        "shapes": shapes,
+        "place": place,
+        "unlisted": unlisted,
+        "tokens": [] if _instance(prim) else list(tokens),
+        "children": list(prim.GetAllChildrenNames()),
+        "animation": source.GetPath().pathString if source else "",
+    }
+
+
+def _animation_of(prim: Any) -> Any:
+    """The prim of the animation that a mesh follows; an invalid one where there is none."""
+    binding = pxr("UsdSkel").BindingAPI
+    skeleton = binding(prim).GetInheritedSkeleton()
+    return binding(skeleton.GetPrim() if skeleton else prim).GetInheritedAnimationSource()
+
+
+def _animations(
+    arrays: dict[str, NDArray[Any]], opened: Composed, prims: list[Any]
+) -> list[dict[str, Any]]:
+    """The animations that meshes follow; times and weights, the first at rest, go into arrays."""
+    sources = {own.GetPath().pathString: own for own in map(_animation_of, prims) if own}
+    found: list[dict[str, Any]] = []
+    for path, prim in sources.items():
+        clip = pxr("UsdSkel").Animation(prim)
+        tokens, weights = clip.GetBlendShapesAttr().Get(), clip.GetBlendShapeWeightsAttr()
+        times = weights.GetTimeSamples()
+        rows = [weights.Get(), *map(weights.Get, times)]
+        if tokens and rows[0] is None:
+            rows[0] = [0.0] * len(tokens)
+        if not tokens or _instance(prim) or {len(row or ()) for row in rows} != {len(tokens)}:
+            continue
+        place, unlisted = _place(opened, prim, _selections(prim))
+        arrays[f"animation_{len(found)}_times"] = np.array(times, dtype=np.float64)
+        arrays[f"animation_{len(found)}_weights"] = np.array(rows, dtype=np.float64)
+        found.append({"path": path, "place": place, "unlisted": unlisted, "tokens": list(tokens)})
+    return found
 
 
 def _instance(prim: Any) -> str | None:

@@ -16,6 +16,9 @@ and the mesh prim
 
 Attributes, not customData: they are typed and compressed, and survive flattening and layering.
 
+Correctives are lists of drivers, whose product drives a shape, or objects as `Corrective.entry`
+gives them. A layer of bends has `elastomorph:sliders` of the meshes to which it adds shapes.
+
 A layer that `elastomorph.bend` has put over a file says so in its ``customLayerData``:
 
     elastomorph          dictionary  version, and of the original its path as sublayer and SHA-256
