@@ -5,8 +5,8 @@ weight: animations of weights play bent without a change. In-betweens are those 
 a target moves together, at the same weights, so that no seam between meshes opens.
 
 Where two targets meet, their pair bend is a blend shape that the layer adds: at weight 1 it moves
-nothing, and its in-betweens are the bend. The layer extends the animation that a mesh follows by its
-weight; others drive it by the least of the weights of both.
+nothing, and its in-betweens are the bend. The layer extends the animation that a mesh follows by
+its weight; others drive it by the least of the weights of both.
 """
 
 from __future__ import annotations

@@ -46,8 +46,9 @@ def read_correctives(path: str | Path, names: Collection[str]) -> dict[str, Corr
     """
     found: dict[str, Corrective] = {}
     left_out: list[str] = []
+    text = read_bytes(path)
     try:
-        content = json.loads(read_bytes(path))
+        content = json.loads(text)
         if content["encodingVersion"] not in _READ:
             raise FormatError(
                 path,
