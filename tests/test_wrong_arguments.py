@@ -216,6 +216,11 @@ CALLS: list[tuple[str, Callable[[], object], str]] = [
     ("read_markers None", lambda: EM.read_markers(None), "a file is named by a text"),
     ("read_markers a mesh", lambda: EM.read_markers(MESH), "a file is named by a text"),
     ("read_markers of no take", lambda: EM.read_markers("take.csv"), "no files called 'take.csv'"),
+    ("hold a file", lambda: EM.hold("a.glb"), "what is held is a Rig, found str"),
+    ("hold with a file", lambda: EM.hold(RIG, "take.csv"), "takes are performances, found str"),
+    ("hold folds", lambda: EM.hold(RIG, folds="many"), "the number of folds must be"),
+    ("Corrective of a text", lambda: EM.Corrective("ab"), "drivers are a list of names"),
+    ("Corrective law", lambda: EM.Corrective(("a",), "max"), "the law must be one of"),
     ("read_correctives None", lambda: EM.read_correctives(None, []), "a file is named by a text"),
     ("read_correctives file", lambda: EM.read_correctives("a.json", []), "no such file"),
     ("read_performance None", lambda: EM.read_performance(None), "a file is named by a text"),
@@ -259,6 +264,8 @@ def test_every_public_call_is_in_the_table() -> None:
         "Suggestion",
         "Fit",
         "Learned",
+        "Correction",
+        "Held",
         "Markers",
     }
     words = " ".join(
