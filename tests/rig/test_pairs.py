@@ -153,6 +153,15 @@ def test_paths_made_anew_have_pair_bends_of_their_own(rig: em.Rig) -> None:
     assert NAME not in with_paths(rig, "linear", names=["jawOpen"])
 
 
+def test_shapes_that_correct_paths_stay_straight(rig: em.Rig) -> None:
+    law = em.Corrective(("jawOpen", "browDown_L"), "hinge", (1.0, 0.5))
+    morphs = {name: rig[name] for name in rig.names}
+    morphs["held"] = em.interpolate(head(), shapes()["jawOpen"], "linear")
+    for method in (None, "auto"):
+        made = with_paths(em.Rig(head(), morphs, correctives={"held": law}), method)
+        assert made["held"] is morphs["held"]
+
+
 def test_a_part_of_a_rig_keeps_the_pair_bends_within(rig: em.Rig) -> None:
     assert list(rig.only(["mouthClose", "jawOpen"]).morphs) == ["mouthClose", "jawOpen", NAME]
     assert list(rig.only(["jawOpen"]).morphs) == ["jawOpen"]

@@ -9,6 +9,7 @@ from elastomorph.curves import CurveNetwork
 from elastomorph.model.geometry import moved_extent
 from elastomorph.model.mesh import Mesh
 from elastomorph.paths import Method, prepare
+from elastomorph.rig.laws import PRODUCT
 from elastomorph.rig.pairs import is_pair_bend
 from elastomorph.rig.rig import Rig, paths_to
 
@@ -39,14 +40,17 @@ def with_paths(
 
     A `method` makes all paths anew, as for `elastomorph.interpolate`, with the `settings` of
     `Method` for all of them; None: the default where only the target is known, and all other paths
-    stay. `names` are the only morphs that get paths, for some methods take their time; the others
-    count for D, the `extent`, which is that of what the targets move by default.
+    stay, as do shapes that others drive by another law than a product: they correct those paths.
+    `names` are the only morphs that get paths, for some methods take their time; the others count
+    for D, the `extent`, which is that of what the targets move by default.
     """
     anew = any(value is not None for value in (method, extent, *settings.values()))
+    driven = {n for n, own in rig.sliders.correctives.items() if own.law != PRODUCT}
     made = {
         name
         for name, morph in rig.morphs.items()
-        if (anew or morph.bare) and (names is None or name in names) and not is_pair_bend(morph)
+        if (anew or morph.bare) and (names is None or name in names)
+        if not is_pair_bend(morph) and name not in driven.difference(rig.names)
     }
     if not made:
         return rig
