@@ -174,3 +174,27 @@ def test_a_file_gives_it_back(rig: em.Rig, tmp_path, suffix: str) -> None:
     weights = {"jawOpen": 0.6, "mouthClose": 0.45}
     away = np.abs(read.pose(weights) - rig.pose(weights)).max()
     assert away <= {"npz": 0.0}.get(suffix, 1e-6) * head().diameter
+
+
+@pytest.mark.parametrize("still", ["jawOpen", "mouthClose"])
+def test_where_one_is_at_time_0_the_other_is_alone(rig: em.Rig, still: str) -> None:
+    """Whichever of both is named first."""
+    both = {"jawOpen": 1.0, "mouthClose": 1.0}
+    (other,) = {*both} - {still}
+    alone = rig.blend({other: 1.0}, 0.5)
+    found = rig.blend(both, {still: 0.0, other: 0.5})
+    assert np.allclose(found, alone, rtol=0, atol=1e-12 * head().diameter)
+    table = np.array([[both.get(name, 0.0) for name in rig.names]])
+    times = np.array([[{still: 0.0, other: 0.5}.get(name, 1.0) for name in rig.names]])
+    (batched,) = rig.batch(table, times, dtype=np.float64)
+    assert np.allclose(batched, alone, rtol=0, atol=1e-12 * head().diameter)
+
+
+def test_both_sliders_are_found_from_rest(rig: em.Rig) -> None:
+    """Handles where the two nearly cancel; a pair bend has a kink where either is at 0."""
+    wanted = {"jawOpen": 0.6, "mouthClose": 0.5, "browDown_L": 0.0}
+    face = rig.pose(wanted)
+    farthest = np.argsort(-np.linalg.norm(rig["mouthClose"].delta, axis=1))[:40]
+    solved = rig.solve({int(vertex): face[vertex] for vertex in farthest})
+    assert solved.reached
+    assert dict(solved.weights) == pytest.approx(wanted, abs=1e-3)
