@@ -19,6 +19,7 @@ from elastomorph.paths import Method
 from elastomorph.rig import Rig
 from elastomorph.rig.build import bare_rig, extent_of
 from elastomorph.rig.laws import Corrective
+from small_head import head, shapes
 from small_meshes import grid
 
 ARCH = BendCurve.polynomial([0, 1, -1])  # t - t², at most 1/4
@@ -357,3 +358,11 @@ def test_paths_that_a_rig_has_stay():
 def test_what_is_no_plan_is_refused(settings, words):
     with pytest.raises(ParameterError, match=words):
         make_plan(bare_rig(FLAT, {"jawOpen": turned_grid(1.0)}), **settings)
+
+
+def test_paths_by_several_methods_have_pair_bends():
+    ends = {name: shapes()[name] for name in ("jawOpen", "mouthClose", "browDown_L")}
+    rig = bare_rig(head(), ends)
+    for method in ({"jawOpen": "rotation"}, {"mouthClose": "rotation"}, None):
+        assert "jawOpen_mouthClose" in names(make_plan(rig, method).bent)
+    assert "jawOpen_mouthClose" not in names(make_plan(rig, {"jawOpen": "linear"}).bent)

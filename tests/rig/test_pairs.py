@@ -147,6 +147,16 @@ def test_paths_made_anew_have_pair_bends_of_their_own(rig: em.Rig) -> None:
     assert NAME not in with_paths(rig, "linear", names=["jawOpen"])
 
 
+def test_a_path_made_anew_meets_those_that_stay(rig: em.Rig) -> None:
+    """One after the other as all at once, also by another method that turns."""
+    straight = with_paths(rig, "linear", names=["jawOpen"])
+    again = with_paths(straight, "auto", names=["jawOpen"])
+    assert again.pair_bends() == rig.pair_bends()
+    assert np.allclose(again[NAME].bends, rig[NAME].bends, rtol=0, atol=1e-12 * head().diameter)
+    assert with_paths(rig, "rotation", names=["mouthClose"]).pair_bends() == rig.pair_bends()
+    assert not with_paths(straight, "auto", names=["browDown_L"]).pair_bends()
+
+
 def test_a_part_of_a_rig_keeps_the_pair_bends_within(rig: em.Rig) -> None:
     assert list(rig.only(["mouthClose", "jawOpen"]).morphs) == ["mouthClose", "jawOpen", NAME]
     assert list(rig.only(["jawOpen"]).morphs) == ["jawOpen"]
