@@ -56,6 +56,7 @@ from elastomorph.io.untrusted import naming_file
 from elastomorph.numbers import as_number
 from elastomorph.paths import Method
 from elastomorph.rig import Rig
+from elastomorph.rig.pairs import is_pair_bend
 
 Places = Iterator[tuple[dict[str, Any], str]]
 """Each object and key whose value is a number of one kind."""
@@ -321,10 +322,15 @@ def bend_gltf(
         require_meshopt()
     say(f"reading {path}")
     with of_bounded_depth(path):
-        character = Character.read(path)
+        file = open_gltf(path)
+        character = Character.of(file)
     if output is not None:
         require_output(character, output)
     face = Face.read(character.file)
+    held = _whole_rig(file) if character.was_bent else face.rig
+    shapes = [n for n, m in held.morphs.items() if n not in face.rig and not is_pair_bend(m)]
+    if max_targets is not None and shapes:
+        max_targets = max(0, max_targets - len(shapes))
     say("finding paths")
     # Half of an error is that of the path as it is baked, half what fewer bends leave of it.
     half = None if tolerance is None else as_number(tolerance, "the tolerance", above=0) / 2
@@ -340,6 +346,9 @@ def bend_gltf(
         meshes=_meshes(face),
         say=say,
     )
+    if shapes:  # of a file that was held, which bends anew from its original
+        known = {*face.rig.morphs, *shapes}
+        plan = plan.with_correctives(_welded(face, held, known))
     with of_bounded_depth(path):
         edit = CharacterEdit(character, face, plan, fewest, compress=compress)
         edit.add_bends(say)
@@ -362,7 +371,7 @@ def hold_gltf(
 
     Args:
         path: The character, bent or not.
-        output: The file to write; None: only say what would come of it.
+        output: The file to write, if anything is added; None: only say what would come of it.
         held: From its rig to that with correctives.
         keys_tolerance: As for `bend_gltf`.
         say: Told what is being done.
@@ -373,25 +382,40 @@ def hold_gltf(
         character = Character.of(file)
     if output is not None:
         require_output(character, output)
-    face = Face.read(character.file)
-    with naming_file(path), np.errstate(all="ignore"):
-        rig = rig_of(file, read_meshes(file, placed_meshes(file)))
-    known = rig.sliders
-    paths = {name: replace(morph, bare=False) for name, morph in rig.morphs.items()}
-    rig = Rig(rig.neutral, paths, correctives=known.correctives, groups=known.groups)
+    face = Face.read(character.file, bent=True)
+    rig = _whole_rig(file)
     more = held(rig)
-    with naming_file(path):
-        welded = {name: face.welding.welded(morph) for name, morph in more.morphs.items()}
-    now = Rig(face.welding.neutral, welded, correctives=more.sliders.correctives)
-    before = {n: m for n, m in welded.items() if n in rig.morphs}
-    laws = {n: own for n, own in known.correctives.items() if n in before}
-    plan = make_plan(Rig(now.neutral, before, correctives=laws), tolerance=FEWEST)
+    if len(more) == len(rig):
+        output = None  # there is nothing to add
+    now = _welded(face, more, more.morphs)
+    # What its original has stays as it is; the bends that undoing took out are planned anew.
+    own = face.rig.morphs
+    before = {n for n in rig.morphs if n in own or is_pair_bend(rig.morphs[n])}
+    straight = [n for n in before if n not in own or not len(own[n].bends)]
+    plan = make_plan(_welded(face, more, before), only=straight, tolerance=FEWEST)
     plan = plan.with_correctives(now)
     with of_bounded_depth(path):
         edit = CharacterEdit(character, face, plan, FEWEST)
         edit.add_bends(say)
         edit.add_clips(KEYS_TOLERANCE if keys_tolerance is None else keys_tolerance, say)
         return edit.written(output, say)
+
+
+def _whole_rig(file: GltfFile) -> Rig:
+    """The rig of a file, in which no path is bare."""
+    with naming_file(file.path), np.errstate(all="ignore"):
+        rig = rig_of(file, read_meshes(file, placed_meshes(file)))
+    paths = {name: replace(morph, bare=False) for name, morph in rig.morphs.items()}
+    own = rig.sliders
+    return Rig(rig.neutral, paths, correctives=own.correctives, groups=own.groups)
+
+
+def _welded(face: Face, rig: Rig, names: Collection[str]) -> Rig:
+    """Some morphs of a rig of the face, as of the face that paths are made for."""
+    with naming_file(face.file.path):
+        welded = {n: face.welding.welded(m) for n, m in rig.morphs.items() if n in names}
+    laws = {n: own for n, own in rig.sliders.correctives.items() if n in names}
+    return Rig(face.welding.neutral, welded, correctives=laws)
 
 
 def unbend_gltf(path: str | Path, output: str | Path) -> None:

@@ -562,13 +562,22 @@ class MeshEdit:
         if not self._bends and not self._folds:
             return None
         names, morph_of = self._mesh.names, self._mesh.morph_of
-        lengths = (np.linalg.norm(paths[morph_of[name]].delta, axis=1) for name in names)
-        sizes = tuple(float(own.max()) / self._extent for own in lengths)
+        known = self._mesh.bends
+        lengths = (
+            known[name]
+            if name in known
+            else float(np.linalg.norm(paths[morph_of[name]].delta, axis=1).max())
+            for name in names
+        )
+        sizes = tuple(own / self._extent for own in lengths)
         columns = Columns(len(names), tuple(self._bends), self._folds, sizes)
         extras = self._entry.setdefault("extras", {})
         self._extend_names(extras)
         given = extras["targetNames"]
-        morphs = [self._described(n, own, paths) for n, own in enumerate(given[: columns.count])]
+        morphs: list[dict[str, Any]] = list(self._mesh.stored.get("morphs", []))
+        if not self._mesh.bent:
+            names_given = enumerate(given[: columns.count])
+            morphs = [self._described(n, own, paths) for n, own in names_given]
         morphs += [
             {"name": name, "choice": choice_to_json(paths[name].choice), **entry}
             for name, (entry, _) in self._driven.items()

@@ -261,22 +261,30 @@ class Plan:
         """The same, and what sliders drive in a rig that is not in the file.
 
         Args:
-            rig: That of the plan, with further morphs that are driven entirely by its sliders.
+            rig: One on the same neutral, with morphs that are driven entirely by sliders of that
+                of the plan.
         """
         scale = self.extent or 1.0
-        more = tuple(
+        laws = {n: own for n, own in rig.sliders.correctives.items() if n not in self.rig.morphs}
+        more = {name: rig.morphs[name] for name in laws}
+        added = tuple(
             BentMorph(
                 name,
-                rig.morphs[name],
+                morph,
                 None,
-                farthest((*rig.morphs[name].bend_curves,), rig.morphs[name].bends) / scale,
-                rig.morphs[name].bake_error * (rig.neutral.diameter or 1.0) / scale,
-                law,
+                farthest((*morph.bend_curves,), morph.bends) / scale,
+                morph.bake_error * (rig.neutral.diameter or 1.0) / scale,
+                laws[name],
             )
-            for name, law in rig.sliders.correctives.items()
-            if name not in self.rig.morphs
+            for name, morph in more.items()
         )
-        return replace(self, rig=rig, bent=(*self.bent, *more))
+        whole = Rig(
+            self.rig.neutral,
+            {**self.rig.morphs, **more},
+            correctives={**self.rig.sliders.correctives, **laws},
+            groups=self.rig.sliders.groups,
+        )
+        return replace(self, rig=whole, bent=(*self.bent, *added))
 
 
 def make_plan(
