@@ -8,9 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from small_characters import flap_character
+from test_bend_clips import TIMES, clip, pointing, sampler
 
 import elastomorph as em
 from elastomorph.bending.gltf import hold_gltf
+from elastomorph.io.gltf.accessors import read_floats
 from elastomorph.io.gltf.container import open_gltf
 from small_head import head, shapes
 
@@ -132,3 +135,62 @@ def test_a_bend_of_named_targets_keeps_correctives(straight: Path, tmp_path: Pat
     found = em.read_rig(tmp_path / "bent.glb")
     assert json.dumps(found.sliders.correctives["extra"].entry()) == json.dumps(HINGE.entry())
     assert not found.pair_bends()
+
+
+def both(law: em.Corrective) -> Callable[[em.Rig], em.Rig]:
+    """Return what adds a corrective that lifts all of a face by 1."""
+
+    def held(rig: em.Rig) -> em.Rig:
+        target = rig.neutral.with_vertices(rig.neutral.vertices + [0.0, 0.0, 1.0])
+        shape = em.interpolate(rig.neutral, target, "linear")
+        return em.Rig(rig.neutral, {**rig.morphs, "both": shape}, correctives={"both": law})
+
+    return held
+
+
+@pytest.mark.parametrize("law", ["min", "product"])
+@pytest.mark.parametrize("second", ["LINEAR", "STEP"])
+def test_weights_that_pointers_move_one_by_one_play_together(
+    tmp_path: Path, law: str, second: str
+) -> None:
+    """Also where their keys are at other times; what nothing moves is at its default."""
+    file = flap_character(teeth=False)
+    ramp, jump = np.array([0.0, 1.0, 0.25]), np.array([0.25, 0.75, 0.5])
+    channels = [(k, pointing(f"/nodes/0/weights/{k}")) for k in range(2)]
+    samplers = [sampler(file, ramp), sampler(file, jump, second)]
+    later = [0.0, 1.0, 2.0]
+    samplers[1]["input"] = file.array(later, min=[0.0], max=[2.0])
+    clip(file, channels, samplers)
+    clip(file, channels[:1], samplers[:1])
+    file.json["meshes"][0]["weights"] = [0.0, 0.5]
+    path = file.write(tmp_path / "character.glb")
+    hold_gltf(path, tmp_path / "held.glb", both(em.Corrective(("open", "slide"), law)))
+    held = open_gltf(tmp_path / "held.glb")
+
+    def played(number: int, when: np.ndarray) -> np.ndarray:
+        animation = held.document["animations"][number]
+        channel = animation["channels"][-1]
+        pointer = channel["target"]["extensions"]["KHR_animation_pointer"]["pointer"]
+        assert pointer == "/nodes/0/weights/2"
+        own = animation["samplers"][channel["sampler"]]
+        keys = [read_floats(held, own[k], 1, "a test")[:, 0] for k in ("input", "output")]
+        return np.interp(when, *keys)
+
+    when = np.linspace(0, 2, 81)
+    when = when[np.abs(when - 1) > 0.01]  # a jump takes a moment
+    opened = np.interp(when, TIMES, ramp)
+    slid = jump[np.searchsorted(later, when, side="right") - 1]
+    if second == "LINEAR":
+        slid = np.interp(when, later, jump)
+    slid[-1] = jump[-1]
+    join = np.minimum if law == "min" else np.multiply
+    away = np.abs(played(0, when) - join(opened, slid))
+    assert away[when < 1.99].max() <= 2e-4
+    np.testing.assert_allclose(played(1, when), join(opened, 0.5), atol=2e-4)
+
+
+def test_a_mesh_without_a_driver_is_named(tmp_path: Path) -> None:
+    path = flap_character().write(tmp_path / "character.glb")
+    law = em.Corrective(("open", "slide"), "min")
+    with pytest.warns(em.ElastomorphWarning, match="'teeth' has no target 'slide'"):
+        hold_gltf(path, tmp_path / "held.glb", both(law))

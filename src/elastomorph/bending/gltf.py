@@ -32,7 +32,7 @@ from elastomorph.bending.files import (
     require_output,
     write_character,
 )
-from elastomorph.bending.keys import Columns, Keys, bent_keys
+from elastomorph.bending.keys import Columns, Driven, Keys, bent_keys
 from elastomorph.bending.meshes import (
     Additions,
     MeshEdit,
@@ -47,7 +47,7 @@ from elastomorph.bending.undo import record
 from elastomorph.errors import FileError, FormatError, ParameterError
 from elastomorph.io.atomic import size_of
 from elastomorph.io.gltf.accessors import DTYPES, read_floats
-from elastomorph.io.gltf.clips import POINTER, MovedWeights, moved_weights
+from elastomorph.io.gltf.clips import POINTER, MovedWeights, moved_weights, read_channel
 from elastomorph.io.gltf.container import GltfFile, open_gltf
 from elastomorph.io.gltf.meshopt import EXTENSIONS, require_meshopt
 from elastomorph.io.gltf.nodes import placed_meshes
@@ -177,13 +177,18 @@ class ClipEdit:
             animation = self._document["animations"][number]
             of = f"animation {number}"
             made: dict[tuple[int, MovedWeights], list[int]] = {}
+            single: dict[int, dict[int, dict[str, Any]]] = {}
             for channel in list(self._file.list_in(animation, "channels", of)):
                 if not isinstance(channel, dict):
                     self._file.refuse(f"a channel of {of} is no object")
                 moved = self._moved(channel, of)
                 if moved is not None and moved.mesh in self._columns:
+                    if moved.weight is not None:
+                        own = single.setdefault(moved.mesh, {})
+                        own.setdefault(moved.weight, copy.deepcopy(channel))
                     self._extend(animation, channel, moved, made, of)
-            self.clips += bool(made)
+            joined = [self._join(animation, mesh, own, of) for mesh, own in single.items()]
+            self.clips += bool(made) or any(joined)
 
     def _moved(self, channel: dict[str, Any], of: str) -> MovedWeights | None:
         """The weights that a channel moves, None where it moves something else."""
@@ -239,6 +244,54 @@ class ClipEdit:
             place = added["target"]["extensions"][POINTER]
             place["pointer"] = f"{place['pointer'].rpartition('/')[0]}/{follower}"
             animation["channels"].append(added)
+
+    def _join(
+        self, animation: dict[str, Any], mesh: int, single: dict[int, dict[str, Any]], of: str
+    ) -> bool:
+        """Add channels of what follows several sliders that channels move one by one."""
+        samplers, columns = animation["samplers"], self._columns[mesh]
+        found = False
+        for place, (driver, curve, size) in enumerate(columns.bends, start=columns.count):
+            if isinstance(driver, int) or single.keys().isdisjoint(driver.columns):
+                continue
+            moved = {
+                column: read_channel(self._file, samplers, single[column], [str(column)], of)
+                for column in driver.columns
+                if column in single
+            }
+            first = single[next(iter(moved))]
+            when = np.concatenate([own.moments() for own in moved.values()])
+            times = np.unique(np.maximum(when, 0.0).astype(np.float32)).astype(np.float64)
+            rest = self._at_rest(mesh, first, columns.count)
+            given = np.tile(rest[list(driver.columns)], (len(times), 1))
+            for number, column in enumerate(driver.columns):
+                if column in moved:
+                    given[:, number] = moved[column].at(times)[:, 0]
+            law = Driven(tuple(range(len(driver.columns))), driver.law)
+            alone = Columns(len(driver.columns), ((law, curve, size),), {})
+            keys = bent_keys(times, given, "LINEAR", alone, self._tolerance)
+            self.error = max(self.error, keys.error)
+            self.added_keys += len(keys.times) - len(times)
+            source = samplers[first["sampler"]]
+            number = self._input(source["input"], keys.times.astype(np.float32))
+            values = keys.stored(keys.values[:, -1])
+            output = self._additions.keys(values, self._view(source["output"]))
+            samplers.append({"input": number, "output": output, "interpolation": "LINEAR"})
+            added = copy.deepcopy(first) | {"sampler": len(samplers) - 1}
+            target = added["target"]["extensions"][POINTER]
+            target["pointer"] = f"{target['pointer'].rpartition('/')[0]}/{place}"
+            animation["channels"].append(added)
+            found = True
+        return found
+
+    def _at_rest(self, mesh: int, channel: dict[str, Any], count: int) -> NDArray[np.float64]:
+        """(count,) weights that a mesh has where no channel moves them."""
+        _, kind, number, *_ = channel["target"]["extensions"][POINTER]["pointer"].split("/")
+        holders = [self._file.item("meshes", mesh, "a channel")]
+        if kind == "nodes":
+            holders.insert(0, self._file.item("nodes", int(number), "a channel"))
+        given = next((own["weights"] for own in holders if "weights" in own), None)
+        return np.zeros(count) if given is None else np.array(given, dtype=np.float64)
 
     def _keys(self, sampler: Any, columns: Columns, of: str) -> tuple[Keys, NDArray[np.float64]]:
         """The keys of all weights, and the times of those of the source."""
