@@ -18,6 +18,8 @@ from elastomorph.model.morph import Morph
 from elastomorph.paths import Method
 from elastomorph.rig import Rig
 from elastomorph.rig.build import bare_rig, extent_of
+from elastomorph.rig.laws import Corrective
+from small_head import head, shapes
 from small_meshes import grid
 
 ARCH = BendCurve.polynomial([0, 1, -1])  # t - t², at most 1/4
@@ -228,6 +230,25 @@ class TestMaxTargets:
         assert names(plan.bent) == ["paced"]
         assert names(plan.left_out) == ["side"]
 
+    def test_a_pair_bend_comes_with_both_of_its_paths(self):
+        """Alone it would part what it keeps together; and so would both without it."""
+        rig = Rig(
+            FLAT,
+            {
+                "open": morph(UP, sideways(0.4, 5)),
+                "close": morph(pushed((0, 0, -1)), sideways(0.5, 5)),
+                "other": morph(UP, sideways(0.1, 6)),
+                "both": morph(0 * UP, sideways(-0.9, 5)),
+            },
+            correctives={"both": Corrective(("open", "close"), "min")},
+        )
+        found = [names(make_plan(rig, max_targets=most).bent) for most in range(3, 8)]
+        assert found[0] == []
+        assert found[1] == ["close"]
+        assert found[2] == ["close", "other"]
+        assert found[3] == ["open", "close", "both"]
+        assert found[4] == [*rig.morphs]
+
     def test_each_mesh_counts_what_moves_in_it(self):
         rig = Rig(
             FLAT,
@@ -337,3 +358,11 @@ def test_paths_that_a_rig_has_stay():
 def test_what_is_no_plan_is_refused(settings, words):
     with pytest.raises(ParameterError, match=words):
         make_plan(bare_rig(FLAT, {"jawOpen": turned_grid(1.0)}), **settings)
+
+
+def test_paths_by_several_methods_have_pair_bends():
+    ends = {name: shapes()[name] for name in ("jawOpen", "mouthClose", "browDown_L")}
+    rig = bare_rig(head(), ends)
+    for method in ({"jawOpen": "rotation"}, {"mouthClose": "rotation"}, None):
+        assert "jawOpen_mouthClose" in names(make_plan(rig, method).bent)
+    assert "jawOpen_mouthClose" not in names(make_plan(rig, {"jawOpen": "linear"}).bent)

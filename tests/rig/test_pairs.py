@@ -162,6 +162,16 @@ def test_shapes_that_correct_paths_stay_straight(rig: em.Rig) -> None:
         assert made["held"] is morphs["held"]
 
 
+def test_a_path_made_anew_meets_those_that_stay(rig: em.Rig) -> None:
+    """One after the other as all at once, also by another method that turns."""
+    straight = with_paths(rig, "linear", names=["jawOpen"])
+    again = with_paths(straight, "auto", names=["jawOpen"])
+    assert again.pair_bends() == rig.pair_bends()
+    assert np.allclose(again[NAME].bends, rig[NAME].bends, rtol=0, atol=1e-12 * head().diameter)
+    assert with_paths(rig, "rotation", names=["mouthClose"]).pair_bends() == rig.pair_bends()
+    assert not with_paths(straight, "auto", names=["browDown_L"]).pair_bends()
+
+
 def test_a_part_of_a_rig_keeps_the_pair_bends_within(rig: em.Rig) -> None:
     assert list(rig.only(["mouthClose", "jawOpen"]).morphs) == ["mouthClose", "jawOpen", NAME]
     assert list(rig.only(["jawOpen"]).morphs) == ["jawOpen"]
@@ -189,3 +199,27 @@ def test_a_file_gives_it_back(rig: em.Rig, tmp_path, suffix: str) -> None:
     weights = {"jawOpen": 0.6, "mouthClose": 0.45}
     away = np.abs(read.pose(weights) - rig.pose(weights)).max()
     assert away <= {"npz": 0.0}.get(suffix, 1e-6) * head().diameter
+
+
+@pytest.mark.parametrize("still", ["jawOpen", "mouthClose"])
+def test_where_one_is_at_time_0_the_other_is_alone(rig: em.Rig, still: str) -> None:
+    """Whichever of both is named first."""
+    both = {"jawOpen": 1.0, "mouthClose": 1.0}
+    (other,) = {*both} - {still}
+    alone = rig.blend({other: 1.0}, 0.5)
+    found = rig.blend(both, {still: 0.0, other: 0.5})
+    assert np.allclose(found, alone, rtol=0, atol=1e-12 * head().diameter)
+    table = np.array([[both.get(name, 0.0) for name in rig.names]])
+    times = np.array([[{still: 0.0, other: 0.5}.get(name, 1.0) for name in rig.names]])
+    (batched,) = rig.batch(table, times, dtype=np.float64)
+    assert np.allclose(batched, alone, rtol=0, atol=1e-12 * head().diameter)
+
+
+def test_both_sliders_are_found_from_rest(rig: em.Rig) -> None:
+    """Handles where the two nearly cancel; a pair bend has a kink where either is at 0."""
+    wanted = {"jawOpen": 0.6, "mouthClose": 0.5, "browDown_L": 0.0}
+    face = rig.pose(wanted)
+    farthest = np.argsort(-np.linalg.norm(rig["mouthClose"].delta, axis=1))[:40]
+    solved = rig.solve({int(vertex): face[vertex] for vertex in farthest})
+    assert solved.reached
+    assert dict(solved.weights) == pytest.approx(wanted, abs=1e-3)

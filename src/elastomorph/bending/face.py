@@ -46,6 +46,8 @@ class FaceMesh:
         blocks: The vertices of its primitives.
         block_of: The block of each primitive, by its number; lines, which are not read, have none.
         rig_vertices: (N,) the vertex of the face that each of these vertices is.
+        bends: Its bends, and how far each moves a vertex at most, by the names of their targets.
+        bent: Whether its paths are bent in the file, which then says how.
         stored: ``extras.elastomorph`` of the mesh.
         diameter: Of the mesh where the scene shows it.
     """
@@ -56,6 +58,8 @@ class FaceMesh:
     blocks: tuple[Attributes, ...]
     block_of: Mapping[int, int]
     rig_vertices: NDArray[np.int64]
+    bends: Mapping[str, float]
+    bent: bool
     stored: Mapping[str, Any]
     diameter: float
 
@@ -69,8 +73,8 @@ class Face:
     meshes: tuple[FaceMesh, ...]
 
     @classmethod
-    def read(cls, file: GltfFile) -> Face:
-        """The face in a file."""
+    def read(cls, file: GltfFile, *, bent: bool = False) -> Face:
+        """The face in a file, whose paths must be straight unless they may be bent."""
         require_known_extensions(file)
         with naming_file(file.path):
             placed, described = placed_meshes(file), described_meshes(file)
@@ -83,6 +87,8 @@ class Face:
             shown = [own for own in placed if own in wanted or is_part(described.get(own.number))]
             meshes = read_meshes(file, shown)
             _require_curves(file, meshes)
+            if not bent:
+                _require_straight(file, meshes)
             return cls._of(file, meshes, rig_of(file, meshes))
 
     @classmethod
@@ -92,6 +98,7 @@ class Face:
         Those without targets are a part of the rig, as of `elastomorph.io.gltf.read_glb`.
         """
         with naming_file(file.path):
+            _require_straight(file, meshes)
             return cls._of(file, meshes, rig)
 
     @classmethod
@@ -184,6 +191,18 @@ def _require_curves(file: GltfFile, meshes: Sequence[ReadMesh]) -> None:
         )
 
 
+def _is_bent(mesh: ReadMesh) -> bool:
+    return any(morph.bends or morph.fold is not None for morph in mesh.stored.morphs)
+
+
+def _require_straight(file: GltfFile, meshes: Sequence[ReadMesh]) -> None:
+    if any(map(_is_bent, meshes)):
+        file.refuse(
+            "its paths are bent already, and not by 'elastomorph bend', or its original is lost; "
+            "bend the character it was made from, or export that with --method linear"
+        )
+
+
 def _bends_unknown(sheet: Sheet) -> bool:
     """Whether a mesh that no longer is as described has more targets than morphs: its bends.
 
@@ -206,12 +225,13 @@ def _face_mesh(file: GltfFile, own: ReadMesh, sheet: Sheet, start: int) -> FaceM
         of = f"mesh {placed.number}"
         file.refuse(f"'extras' of {of} are no object, so bend curves cannot be kept in them")
     morphs = own.stored.morphs
-    if any(morph.bends or morph.fold is not None for morph in morphs):
-        file.refuse(
-            "its paths are bent already, and not by 'elastomorph bend', or its original is lost; "
-            "bend the character it was made from, or export that with --method linear"
-        )
     names = tuple(primitives.targets)
+    bends = {
+        target: float(np.linalg.norm(own.part.morphs[morph.name].bends[k], axis=1).max())
+        for morph in morphs
+        for k, (target, _) in enumerate(morph.bends)
+        if target in names
+    }
     return FaceMesh(
         number=placed.number,
         names=names,
@@ -219,6 +239,8 @@ def _face_mesh(file: GltfFile, own: ReadMesh, sheet: Sheet, start: int) -> FaceM
         blocks=tuple(primitives.attributes),
         block_of=primitives.block_of,
         rig_vertices=start + sheet.rows.astype(np.int64),
+        bends=bends,
+        bent=_is_bent(own),
         stored=sheet.said,
         diameter=own.part.mesh.diameter,
     )

@@ -32,7 +32,7 @@ from elastomorph.bending.files import (
     require_output,
     write_character,
 )
-from elastomorph.bending.keys import Columns, Keys, bent_keys
+from elastomorph.bending.keys import Columns, Driven, Keys, bent_keys
 from elastomorph.bending.meshes import (
     Additions,
     MeshEdit,
@@ -47,7 +47,7 @@ from elastomorph.bending.undo import record
 from elastomorph.errors import FileError, FormatError, ParameterError
 from elastomorph.io.atomic import size_of
 from elastomorph.io.gltf.accessors import DTYPES, read_floats
-from elastomorph.io.gltf.clips import POINTER, MovedWeights, moved_weights
+from elastomorph.io.gltf.clips import POINTER, MovedWeights, moved_weights, read_channel
 from elastomorph.io.gltf.container import GltfFile, open_gltf
 from elastomorph.io.gltf.meshopt import EXTENSIONS, require_meshopt
 from elastomorph.io.gltf.nodes import placed_meshes
@@ -56,6 +56,7 @@ from elastomorph.io.untrusted import naming_file
 from elastomorph.numbers import as_number
 from elastomorph.paths import Method
 from elastomorph.rig import Rig
+from elastomorph.rig.pairs import is_pair_bend
 
 Places = Iterator[tuple[dict[str, Any], str]]
 """Each object and key whose value is a number of one kind."""
@@ -176,13 +177,18 @@ class ClipEdit:
             animation = self._document["animations"][number]
             of = f"animation {number}"
             made: dict[tuple[int, MovedWeights], list[int]] = {}
+            single: dict[int, dict[int, dict[str, Any]]] = {}
             for channel in list(self._file.list_in(animation, "channels", of)):
                 if not isinstance(channel, dict):
                     self._file.refuse(f"a channel of {of} is no object")
                 moved = self._moved(channel, of)
                 if moved is not None and moved.mesh in self._columns:
+                    if moved.weight is not None:
+                        own = single.setdefault(moved.mesh, {})
+                        own.setdefault(moved.weight, copy.deepcopy(channel))
                     self._extend(animation, channel, moved, made, of)
-            self.clips += bool(made)
+            joined = [self._join(animation, mesh, own, of) for mesh, own in single.items()]
+            self.clips += bool(made) or any(joined)
 
     def _moved(self, channel: dict[str, Any], of: str) -> MovedWeights | None:
         """The weights that a channel moves, None where it moves something else."""
@@ -238,6 +244,54 @@ class ClipEdit:
             place = added["target"]["extensions"][POINTER]
             place["pointer"] = f"{place['pointer'].rpartition('/')[0]}/{follower}"
             animation["channels"].append(added)
+
+    def _join(
+        self, animation: dict[str, Any], mesh: int, single: dict[int, dict[str, Any]], of: str
+    ) -> bool:
+        """Add channels of what follows several sliders that channels move one by one."""
+        samplers, columns = animation["samplers"], self._columns[mesh]
+        found = False
+        for place, (driver, curve, size) in enumerate(columns.bends, start=columns.count):
+            if isinstance(driver, int) or single.keys().isdisjoint(driver.columns):
+                continue
+            moved = {
+                column: read_channel(self._file, samplers, single[column], [str(column)], of)
+                for column in driver.columns
+                if column in single
+            }
+            first = single[next(iter(moved))]
+            when = np.concatenate([own.moments() for own in moved.values()])
+            times = np.unique(np.maximum(when, 0.0).astype(np.float32)).astype(np.float64)
+            rest = self._at_rest(mesh, first, columns.count)
+            given = np.tile(rest[list(driver.columns)], (len(times), 1))
+            for number, column in enumerate(driver.columns):
+                if column in moved:
+                    given[:, number] = moved[column].at(times)[:, 0]
+            law = Driven(tuple(range(len(driver.columns))), driver.law)
+            alone = Columns(len(driver.columns), ((law, curve, size),), {})
+            keys = bent_keys(times, given, "LINEAR", alone, self._tolerance)
+            self.error = max(self.error, keys.error)
+            self.added_keys += len(keys.times) - len(times)
+            source = samplers[first["sampler"]]
+            number = self._input(source["input"], keys.times.astype(np.float32))
+            values = keys.stored(keys.values[:, -1])
+            output = self._additions.keys(values, self._view(source["output"]))
+            samplers.append({"input": number, "output": output, "interpolation": "LINEAR"})
+            added = copy.deepcopy(first) | {"sampler": len(samplers) - 1}
+            target = added["target"]["extensions"][POINTER]
+            target["pointer"] = f"{target['pointer'].rpartition('/')[0]}/{place}"
+            animation["channels"].append(added)
+            found = True
+        return found
+
+    def _at_rest(self, mesh: int, channel: dict[str, Any], count: int) -> NDArray[np.float64]:
+        """(count,) weights that a mesh has where no channel moves them."""
+        _, kind, number, *_ = channel["target"]["extensions"][POINTER]["pointer"].split("/")
+        holders = [self._file.item("meshes", mesh, "a channel")]
+        if kind == "nodes":
+            holders.insert(0, self._file.item("nodes", int(number), "a channel"))
+        given = next((own["weights"] for own in holders if "weights" in own), None)
+        return np.zeros(count) if given is None else np.array(given, dtype=np.float64)
 
     def _keys(self, sampler: Any, columns: Columns, of: str) -> tuple[Keys, NDArray[np.float64]]:
         """The keys of all weights, and the times of those of the source."""
@@ -321,10 +375,15 @@ def bend_gltf(
         require_meshopt()
     say(f"reading {path}")
     with of_bounded_depth(path):
-        character = Character.read(path)
+        file = open_gltf(path)
+        character = Character.of(file)
     if output is not None:
         require_output(character, output)
     face = Face.read(character.file)
+    held = _whole_rig(file) if character.was_bent else face.rig
+    shapes = [n for n, m in held.morphs.items() if n not in face.rig and not is_pair_bend(m)]
+    if max_targets is not None and shapes:
+        max_targets = max(0, max_targets - len(shapes))
     say("finding paths")
     # Half of an error is that of the path as it is baked, half what fewer bends leave of it.
     half = None if tolerance is None else as_number(tolerance, "the tolerance", above=0) / 2
@@ -340,6 +399,9 @@ def bend_gltf(
         meshes=_meshes(face),
         say=say,
     )
+    if shapes:  # of a file that was held, which bends anew from its original
+        known = {*face.rig.morphs, *shapes}
+        plan = plan.with_correctives(_welded(face, held, known))
     with of_bounded_depth(path):
         edit = CharacterEdit(character, face, plan, fewest, compress=compress)
         edit.add_bends(say)
@@ -362,7 +424,7 @@ def hold_gltf(
 
     Args:
         path: The character, bent or not.
-        output: The file to write; None: only say what would come of it.
+        output: The file to write, if anything is added; None: only say what would come of it.
         held: From its rig to that with correctives.
         keys_tolerance: As for `bend_gltf`.
         say: Told what is being done.
@@ -373,25 +435,40 @@ def hold_gltf(
         character = Character.of(file)
     if output is not None:
         require_output(character, output)
-    face = Face.read(character.file)
-    with naming_file(path), np.errstate(all="ignore"):
-        rig = rig_of(file, read_meshes(file, placed_meshes(file)))
-    known = rig.sliders
-    paths = {name: replace(morph, bare=False) for name, morph in rig.morphs.items()}
-    rig = Rig(rig.neutral, paths, correctives=known.correctives, groups=known.groups)
+    face = Face.read(character.file, bent=True)
+    rig = _whole_rig(file)
     more = held(rig)
-    with naming_file(path):
-        welded = {name: face.welding.welded(morph) for name, morph in more.morphs.items()}
-    now = Rig(face.welding.neutral, welded, correctives=more.sliders.correctives)
-    before = {n: m for n, m in welded.items() if n in rig.morphs}
-    laws = {n: own for n, own in known.correctives.items() if n in before}
-    plan = make_plan(Rig(now.neutral, before, correctives=laws), tolerance=FEWEST)
+    if len(more) == len(rig):
+        output = None  # there is nothing to add
+    now = _welded(face, more, more.morphs)
+    # What its original has stays as it is; the bends that undoing took out are planned anew.
+    own = face.rig.morphs
+    before = {n for n in rig.morphs if n in own or is_pair_bend(rig.morphs[n])}
+    straight = [n for n in before if n not in own or not len(own[n].bends)]
+    plan = make_plan(_welded(face, more, before), only=straight, tolerance=FEWEST)
     plan = plan.with_correctives(now)
     with of_bounded_depth(path):
         edit = CharacterEdit(character, face, plan, FEWEST)
         edit.add_bends(say)
         edit.add_clips(KEYS_TOLERANCE if keys_tolerance is None else keys_tolerance, say)
         return edit.written(output, say)
+
+
+def _whole_rig(file: GltfFile) -> Rig:
+    """The rig of a file, in which no path is bare."""
+    with naming_file(file.path), np.errstate(all="ignore"):
+        rig = rig_of(file, read_meshes(file, placed_meshes(file)))
+    paths = {name: replace(morph, bare=False) for name, morph in rig.morphs.items()}
+    own = rig.sliders
+    return Rig(rig.neutral, paths, correctives=own.correctives, groups=own.groups)
+
+
+def _welded(face: Face, rig: Rig, names: Collection[str]) -> Rig:
+    """Some morphs of a rig of the face, as of the face that paths are made for."""
+    with naming_file(face.file.path):
+        welded = {n: face.welding.welded(m) for n, m in rig.morphs.items() if n in names}
+    laws = {n: own for n, own in rig.sliders.correctives.items() if n in names}
+    return Rig(face.welding.neutral, welded, correctives=laws)
 
 
 def unbend_gltf(path: str | Path, output: str | Path) -> None:

@@ -35,6 +35,7 @@ from numpy.typing import NDArray
 from elastomorph.bending.face import Face, FaceMesh
 from elastomorph.bending.keys import Columns, Driven
 from elastomorph.bending.plan import BentMorph
+from elastomorph.errors import warn
 from elastomorph.io.blend_shapes import curve_to_json
 from elastomorph.io.choices import choice_to_json
 from elastomorph.io.gltf import meshopt
@@ -414,6 +415,9 @@ def spaces_of(file: GltfFile, mesh: FaceMesh, entry: dict[str, Any]) -> dict[int
     return found
 
 
+_SEEN = 1e-3  # as a fraction of D: what moves less in one mesh alone is not seen
+
+
 class MeshEdit:
     """A mesh of a document that bends are added to.
 
@@ -455,7 +459,14 @@ class MeshEdit:
     def add(self, bent: BentMorph, bends: Fields, normals: Fields | None) -> None:
         """The bends (K, V, 3) of a morph of the face, and what they add to its normals."""
         names = (bent.name,) if bent.law is None else bent.law.drivers
-        if not self._targets.keys() >= {*names}:
+        missing = {*names} - self._targets.keys()
+        if missing:
+            moves = np.linalg.norm(bends[:, self._mesh.rig_vertices], axis=2).max(initial=0.0)
+            if bent.law is not None and moves > _SEEN * self._extent:
+                warn(
+                    f"{self._file.path}: {self.title!r} has no target {min(missing)!r}, so that "
+                    f"{bent.name!r} does not move it; give it one that moves nothing"
+                )
             return
         columns = [self._mesh.names.index(self._targets[name]) for name in names]
         column, title = columns[0], self._mesh.names[columns[0]]
@@ -562,13 +573,22 @@ class MeshEdit:
         if not self._bends and not self._folds:
             return None
         names, morph_of = self._mesh.names, self._mesh.morph_of
-        lengths = (np.linalg.norm(paths[morph_of[name]].delta, axis=1) for name in names)
-        sizes = tuple(float(own.max()) / self._extent for own in lengths)
+        known = self._mesh.bends
+        lengths = (
+            known[name]
+            if name in known
+            else float(np.linalg.norm(paths[morph_of[name]].delta, axis=1).max())
+            for name in names
+        )
+        sizes = tuple(own / self._extent for own in lengths)
         columns = Columns(len(names), tuple(self._bends), self._folds, sizes)
         extras = self._entry.setdefault("extras", {})
         self._extend_names(extras)
         given = extras["targetNames"]
-        morphs = [self._described(n, own, paths) for n, own in enumerate(given[: columns.count])]
+        morphs: list[dict[str, Any]] = list(self._mesh.stored.get("morphs", []))
+        if not self._mesh.bent:
+            names_given = enumerate(given[: columns.count])
+            morphs = [self._described(n, own, paths) for n, own in names_given]
         morphs += [
             {"name": name, "choice": choice_to_json(paths[name].choice), **entry}
             for name, (entry, _) in self._driven.items()

@@ -261,22 +261,30 @@ class Plan:
         """The same, and what sliders drive in a rig that is not in the file.
 
         Args:
-            rig: That of the plan, with further morphs that are driven entirely by its sliders.
+            rig: One on the same neutral, with morphs that are driven entirely by sliders of that
+                of the plan.
         """
         scale = self.extent or 1.0
-        more = tuple(
+        laws = {n: own for n, own in rig.sliders.correctives.items() if n not in self.rig.morphs}
+        more = {name: rig.morphs[name] for name in laws}
+        added = tuple(
             BentMorph(
                 name,
-                rig.morphs[name],
+                morph,
                 None,
-                farthest((*rig.morphs[name].bend_curves,), rig.morphs[name].bends) / scale,
-                rig.morphs[name].bake_error * (rig.neutral.diameter or 1.0) / scale,
-                law,
+                farthest((*morph.bend_curves,), morph.bends) / scale,
+                morph.bake_error * (rig.neutral.diameter or 1.0) / scale,
+                laws[name],
             )
-            for name, law in rig.sliders.correctives.items()
-            if name not in self.rig.morphs
+            for name, morph in more.items()
         )
-        return replace(self, rig=rig, bent=(*self.bent, *more))
+        whole = Rig(
+            self.rig.neutral,
+            {**self.rig.morphs, **more},
+            correctives={**self.rig.sliders.correctives, **laws},
+            groups=self.rig.sliders.groups,
+        )
+        return replace(self, rig=whole, bent=(*self.bent, *added))
 
 
 def make_plan(
@@ -333,7 +341,7 @@ def make_plan(
     chosen = {name: len(own) - 1 for name, own in options.items()}
     if max_targets is not None:
         room = _Room.of(rig, as_number(max_targets, "the most targets", least=0), meshes)
-        chosen = room.filled(options)
+        chosen = room.filled(options, rig.pair_bends())
     bent, left_out = list[BentMorph](), list[BentMorph]()
     for name, own in options.items():
         nothing = chosen[name] == 0 and own[0].fold is None
@@ -423,26 +431,44 @@ class _Room:
         taken = np.array([count for count, _ in meshes], dtype=np.int64)
         return cls(int(most) - taken, [vertices for _, vertices in meshes])
 
-    def filled(self, options: Mapping[str, list[Way]]) -> dict[str, int]:
-        """The number of bends of each path: greedily, the most gained a target."""
+    def filled(
+        self, options: Mapping[str, list[Way]], pairs: Mapping[str, Corrective]
+    ) -> dict[str, int]:
+        """The number of bends of each path: greedily, the most gained a target.
+
+        A pair bend is the difference of paths: it comes with the second of both, never without.
+        """
         costs = {name: [self._cost(way) for way in own] for name, own in options.items()}
+        meeting = {name: own.drivers for name, own in pairs.items() if name in options}
         chosen = dict.fromkeys(options, 0)
         free = self.free
+
+        def bend(names: Collection[str], counts: Mapping[str, int]) -> bool:
+            return all(counts.get(n, 1) or options[n][0].fold is not None for n in names)
+
         while True:
             best, step = 0.0, None
             for name, own in options.items():
-                now = chosen[name]
-                for more in range(now + 1, len(own)):
-                    added = costs[name][more] - costs[name][now]
+                if name in meeting and not bend(meeting[name], chosen):
+                    continue
+                for more in range(chosen[name] + 1, len(own)):
+                    then = chosen | {name: more}
+                    for pair, both in meeting.items():
+                        if name in both and bend(both, then):
+                            then[pair] = max(1, chosen[pair])
+                    moved = [n for n, count in then.items() if count != chosen[n]]
+                    added = sum(costs[n][then[n]] - costs[n][chosen[n]] for n in moved)
+                    added = np.asarray(added)
                     if ((added > 0) & (added > free)).any():
                         continue
-                    gained = (own[now].error - own[more].error) / max(1, int(added.max()))
+                    gained = sum(
+                        options[n][chosen[n]].error - options[n][then[n]].error for n in moved
+                    ) / max(1, int(added.max()))
                     if gained > best:
-                        best, step = gained, (name, more, added)
+                        best, step = gained, (then, added)
             if step is None:
                 return chosen
-            name, more, added = step
-            chosen[name], free = more, free - added
+            chosen, free = step[0], free - step[1]
 
     def _cost(self, way: Way) -> NDArray[np.int64]:
         """(M,) targets that a way adds to each mesh: the bends that move one of its vertices."""

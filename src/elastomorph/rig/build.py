@@ -8,6 +8,7 @@ from dataclasses import replace
 from elastomorph.curves import CurveNetwork
 from elastomorph.model.geometry import moved_extent
 from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
 from elastomorph.paths import Method, prepare
 from elastomorph.rig.laws import PRODUCT
 from elastomorph.rig.pairs import is_pair_bend
@@ -54,10 +55,13 @@ def with_paths(
     }
     if not made:
         return rig
-    # Pair bends are of the paths that were.
+    # Pair bends are of the paths that were, and new ones of those that are, whoever made these.
     gone = rig.pair_bends().keys() - rig.pair_bends(made)
-    given = {n: m.target if n in made else m for n, m in rig.morphs.items() if n not in gone}
+    given: dict[str, Morph | Mesh] = {
+        n: m.target if n in made else m for n, m in rig.morphs.items() if n not in gone
+    }
     kept = {name: own for name, own in rig.sliders.correctives.items() if name not in gone}
+    turned = {n for n, m in given.items() if n not in made and _turns(m)}
     morphs, correctives = paths_to(
         rig.neutral,
         given,
@@ -65,7 +69,15 @@ def with_paths(
         curves=curves,
         extent=extent,
         correctives=kept,
+        turned=turned,
         say=say,
         **settings,
     )
     return Rig(rig.neutral, morphs, correctives=correctives, groups=rig.sliders.groups)
+
+
+def _turns(path: Morph | Mesh) -> bool:
+    """Whether a path was made by a method that turns what moves."""
+    return isinstance(path, Morph) and (
+        path.choice is not None or path.method in ("rotation", "arc")
+    )

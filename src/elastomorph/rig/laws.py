@@ -175,7 +175,8 @@ def _most(weights: NDArray[Any]) -> NDArray[Any]:
 
 
 def _positive(values: NDArray[Any]) -> NDArray[Any]:
-    return np.where(values.real > 0, values, 0.0)
+    # At 0 the derivative is that above: a solver that starts at rest can only go there.
+    return np.where(values.real >= 0, values, 0.0)
 
 
 def _clamped(weights: NDArray[Any]) -> NDArray[Any]:

@@ -48,6 +48,7 @@ def paths_to(
     curves: CurveNetwork | None = None,
     extent: float | None = None,
     correctives: Mapping[str, Corrective] = MappingProxyType({}),
+    turned: Collection[str] = (),
     say: Callable[[str], None] = lambda _: None,
     **settings: object,
 ) -> tuple[dict[str, Morph], dict[str, Corrective]]:
@@ -55,8 +56,8 @@ def paths_to(
 
     They are made on all cores, by ``auto`` where no method is named, with D of what all move.
     Vertices at one place in the neutral and at the end of every path move as one, as for `prepare`.
-    Behind them are the pair bends of those that were made and meet; the correctives are those given
-    and theirs.
+    Behind them are the pair bends of those that were made and meet each other, or one of those
+    given that are ``turned``; the correctives are those given and theirs.
     """
     require_mesh(neutral, "the neutral of a rig")
     if not isinstance(morphs, Mapping):
@@ -96,7 +97,8 @@ def paths_to(
     if not Method.of(chosen).turns:
         return paths, dict(correctives)
     scale = neutral.diameter if extent is None else extent
-    pairs, driven = pair_bends(neutral, paths, correctives, to, scale, targets, say)
+    among = {*targets, *turned}
+    pairs, driven = pair_bends(neutral, paths, correctives, to, scale, among, say, targets)
     return paths | pairs, {**correctives, **driven}
 
 

@@ -117,8 +117,15 @@ class Sliders:
         return times, driven.imag.T / step
 
     def spread(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(S, morphs) time of each morph from (S, sliders); correctives: of their first driver."""
-        return times[:, [columns[0] for columns in self.driver_columns]]
+        """(S, morphs) time of each morph from (S, sliders).
+
+        Of correctives it is that of their first driver; by ``min``, the least.
+        """
+        spread = times[:, [columns[0] for columns in self.driver_columns]]
+        for morph, (name, columns) in enumerate(zip(self.morphs, self.driver_columns, strict=True)):
+            if name in self.correctives and self.correctives[name].law == "min":
+                spread[:, morph] = times[:, columns].min(axis=1)
+        return spread
 
     @cached_property
     def _column(self) -> dict[str, int]:

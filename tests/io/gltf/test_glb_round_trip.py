@@ -335,17 +335,21 @@ STRAIGHT = {"breaks": [0, 1], "coefficients": [[0]]}
         ("morphs", [{"name": "m", "target": "lift", "limit_law": None}], "curve is damaged"),
         ("morphs", [{"name": n, "target": "lift", "limit_law": STRAIGHT} for n in "ab"], "twice"),
         ("correctives", [{"name": "x", "drivers": ["lift"]}], "no slider"),
+        ("correctives", [{"drivers": ["lift"]}], "no slider ''"),
         ("correctives", 2 * [{"name": "lift", "drivers": ["lift"]}], "'lift' twice"),
         ("groups", [{"name": "x", "members": [1]}], "no lists of names"),
     ],
 )
+@pytest.mark.parametrize("version", [1, 3])
 def test_damaged_extras_do_not_keep_the_face_from_being_read(
-    tmp_path: Path, where: str, what: Any, reason: str
+    tmp_path: Path, where: str, what: Any, reason: str, version: int
 ) -> None:
     write_glb(tmp_path / "a.glb", triangle_rig())
 
     def damage(document: dict[str, Any]) -> None:
-        document["meshes"][0]["extras"]["elastomorph"][where] = what
+        stored = document["meshes"][0]["extras"]["elastomorph"]
+        stored["version"] = version
+        stored[where] = what
 
     with pytest.warns(ElastomorphWarning, match=reason):
         rig = read_glb(rewritten(tmp_path / "a.glb", damage))

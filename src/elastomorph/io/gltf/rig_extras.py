@@ -223,7 +223,7 @@ def _correctives(stored: dict[str, Any], version: int) -> dict[str, Corrective]:
     lists = _lists(stored, "correctives", "drivers")
     if version < LAWS:
         return {name: Corrective.of(own) for name, own in lists.items()}
-    return {entry["name"]: Corrective.of(entry) for entry in _list(stored, "correctives")}
+    return {_text(entry, "name"): Corrective.of(entry) for entry in _list(stored, "correctives")}
 
 
 def _version(stored: Any) -> int:
