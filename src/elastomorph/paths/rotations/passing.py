@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.model.geometry import component_of, sides_of
+from elastomorph.model.geometry import component_of, neighbours
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.model.surface import closest_weights
@@ -69,11 +69,7 @@ class Sheets:
 
         triangles = neutral.faces.triangles().astype(np.int64)
         total = len(neutral.vertices)
-        sides = np.sort(sides_of(triangles), axis=1) @ [total, 1]
-        _, side, uses = np.unique(sides, return_inverse=True, return_counts=True)
-        two = np.flatnonzero(uses[side] == 2)
-        pairs = two[np.argsort(side[two], kind="stable")].reshape(-1, 2)
-        sheet = component_of(len(triangles), pairs % max(len(triangles), 1))
+        sheet = component_of(len(triangles), neighbours(triangles))
         part = component_of(total, around.edges)[triangles[:, 0]]
         rising = np.argsort(np.bincount(sheet)[sheet], kind="stable")
         largest = np.zeros(total, dtype=np.int64)
@@ -140,11 +136,11 @@ def passing(
         """Depth, squared distance, (R, 3) corners of the triangle and weights of its corners."""
         vertex, around = vertices[rows], patches[rows]
         off = points[around.indices] - np.repeat(points[vertex], np.diff(around.indptr), axis=0)
-        fans = at_vertex[around.indices[_least(_square(off), around.indptr[:-1])]]
+        fans = at_vertex[around.indices[least_places(_square(off), around.indptr[:-1])]]
         vertex, corners = np.repeat(vertex, np.diff(fans.indptr)), triangles[fans.indices]
         shares = closest_weights(points[vertex], points[corners])
         depth, square = _behind(points, _normals(points, triangles), vertex, corners, shares)
-        best = _least(square, fans.indptr[:-1])
+        best = least_places(square, fans.indptr[:-1])
         return depth[best], square[best], corners[best], shares[best]
 
     for time in _TIMES:
@@ -208,7 +204,7 @@ def _facing(morph: Morph, sheets: Sheets, least: float) -> tuple[Indices, Indice
     if not len(vertices):
         return none, none
     begins = np.flatnonzero(np.diff(vertices, prepend=-1))
-    closest = _least(_square(start[vertices] - start[faced]), begins)
+    closest = least_places(_square(start[vertices] - start[faced]), begins)
     vertices, faced = vertices[closest], faced[closest]
     apart = reach(morph, morph.bends[:, vertices] - morph.bends[:, faced])
     gap, change = ((shape[faced] - shape[vertices]) for shape in (start, end - start))
@@ -241,7 +237,7 @@ def _square(vectors: Points) -> Points:
     return np.asarray(np.einsum("ni,ni->n", vectors, vectors))
 
 
-def _least(values: Points, begins: NDArray[np.integer]) -> Indices:
+def least_places(values: Points, begins: NDArray[np.integer]) -> Indices:
     """(R,) the place of the least value of each row, the first of several."""
     sizes = np.diff(np.append(begins, len(values)))
     places = np.flatnonzero(values == np.repeat(np.minimum.reduceat(values, begins), sizes))
