@@ -123,11 +123,10 @@ def _normals(mesh: em.Mesh) -> Floats:
 
 
 class Lids:
-    """Flat pictures of one eye from the front: of the skin above the line between its corners, and
-    of that below, each by itself.
+    """Flat pictures of one eye from the front: of the skin of each lid by itself.
 
-    The corners are landmarks of the built-in head; else the ends of what the blink moves by more
-    than a third of its way.
+    The line between the corners of the eye parts them. Corners are landmarks of the built-in head;
+    else the ends of what the blink moves by more than a third of its way.
     """
 
     def __init__(self, rig: em.Rig, blink: str) -> None:
@@ -135,8 +134,13 @@ class Lids:
         moved = np.linalg.norm(rig[blink].delta, axis=1)
         part = _parts(points, triangles)
         skin = part == np.bincount(part[moved > 0.05 * moved.max()]).argmax()
+        drawn = skin[triangles[:, 0]]
         if blink in CORNERS:
-            ends = landmarks()[list(CORNERS[blink])]
+            ends = np.array([landmarks()[place] for place in CORNERS[blink]])
+            groups = rig.neutral.groups
+            assert groups is not None
+            shown = np.isin(groups.of_face, [groups.names.index(own) for own in ("skin", "head")])
+            drawn &= np.repeat(shown, rig.neutral.faces.sizes - 2)
         else:
             lid = np.flatnonzero(skin & (moved > moved[skin].max() / 3))
             ends = lid[[points[lid, 0].argmin(), points[lid, 0].argmax()]]
@@ -144,7 +148,7 @@ class Lids:
         self.middle = (one + other) / 2
         self.wide = 1.4 * float(np.linalg.norm((other - one)[:2]))
         centres = points[triangles].mean(axis=1)
-        near = skin[triangles[:, 0]] & (centres[:, 2] > self.middle[2] - self.wide)
+        near = drawn & (centres[:, 2] > self.middle[2] - self.wide)
         near &= np.linalg.norm((centres - self.middle)[:, :2], axis=1) < self.wide / 2
         slope = (other - one)[1] / (other - one)[0]
         above = centres[:, 1] > one[1] + slope * (centres[:, 0] - one[0])
@@ -181,8 +185,8 @@ class Lids:
         self.points.SetData(arrays.numpy_to_vtk(np.ascontiguousarray(positions), deep=1))
         self.points.Modified()
         above, below = (self._covered(window) for window in self.windows)
-        there = above.any(axis=0) & below.any(axis=0)
-        there[: SIZE[0] // 7] = there[-SIZE[0] // 7 :] = False
+        beside = np.abs(np.arange(SIZE[0]) - SIZE[0] / 2) * 1.4 > SIZE[0] / 2
+        there = above.any(axis=0) & below.any(axis=0) & ~beside
         # Rows are counted from below.
         gap = above.argmax(axis=0) - (SIZE[1] - below[::-1].argmax(axis=0))
         return np.where(there, gap * self.wide / SIZE[0], np.nan)

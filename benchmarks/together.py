@@ -14,7 +14,7 @@ Nothing of the product measures (`oracles.py`). Three sections for each:
 - ``lids``, by pictures of both lids, from the front and without perspective, in every frame in
   which a hinge is not 0: by how much lids pass each other, beyond what one slider does alone there,
   and stand open where they were shut before. Hinges mean them to lie over each other by 6 % of the
-  widest opening at least.
+  widest opening at least. Where that shows no open slit in the neutral, it is said.
 - ``folds``, in every ``--step``-th frame: triangles that are seen folded.
 
 Pair bends are chosen by the rig alone, correctives by the first half of the take; both halves are
@@ -97,13 +97,13 @@ def every_pair(contacts: Contacts) -> None:
     found.sort(key=lambda own: -own[0][0])
     print(f"  {count} pairs move something that faces something:")
     shown = found[:WORST] + [own for own in found[WORST:] if own[3] in drivers]
-    for (worst, s, t), alone, before, pair in shown:
+    for (most, s, t), alone, before, pair in shown:
         more = ""
         if pair in drivers:
             choice = drivers[pair].choice
             ratio = choice.meeting if choice is not None else 0.0
             more = f"; pair bend (ratio {ratio:.2f}), {100 * before:.3f} without"
-        print(f"    {' + '.join(pair)}: {100 * worst:.3f} % of D at {s:g}, {t:g}; "
+        print(f"    {' + '.join(pair)}: {100 * most:.3f} % of D at {s:g}, {t:g}; "
               f"{100 * alone:.3f} one alone{more}")  # fmt: skip
 
 
@@ -123,6 +123,10 @@ def lids(rig: em.Rig, take: em.Performance, extent: float) -> None:
             continue
         eye = Lids(rig, own)
         opening = 100 * np.nanmax(eye.slit(rig.neutral.vertices)) / extent
+        if opening < 1:
+            print(f"  {own}: not measured, for no open slit is drawn between what lies above and "
+                  f"below the ends of what the blink moves")  # fmt: skip
+            continue
         print(f"  {own}: widest opening {opening:.2f} % of D")
         alone = np.min([eye.slit(rig.pose({name: 1.0})) for name in rig.names], axis=0)
         for title, part in halves(weights):

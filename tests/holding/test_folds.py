@@ -13,6 +13,7 @@ import elastomorph as em
 from elastomorph.holding.damage import Surface
 from elastomorph.holding.folds import LARGEST
 from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
 from elastomorph.rig.performance import Performance
 
@@ -74,7 +75,7 @@ def test_a_corrective_moves_what_is_near_only() -> None:
 def test_a_corrective_that_is_there_is_kept() -> None:
     """By its name, even where it leaves the folds as they were."""
     rig = wide_rig()
-    morphs = {**rig.morphs, "fold_a_b": rig["a"].neutral}
+    morphs: dict[str, Morph | Mesh] = {**rig.morphs, "fold_a_b": rig.neutral}
     there = em.Rig(rig.neutral, morphs, method="linear", correctives={"fold_a_b": ("a", "b")})
     held = em.hold(there, take((1, 1), (1, 1)), lids=False, folds=3)
     assert [row.note for row in held.corrections] == ["fold_a_b is there already, and kept"]

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from elastomorph.errors import MeshError, ParameterError
 from elastomorph.model.geometry import moved_extent
 from elastomorph.model.mesh import Mesh
-from elastomorph.paths.rotations.passing import Sheets, least_places
+from elastomorph.paths.rotations.passing import Sheets, facing, least_places
 from elastomorph.paths.rotations.vertex_rotations import Neighbourhoods
 from elastomorph.rig.performance import Performance, slider_weights
 from elastomorph.rig.rig import Rig
@@ -168,7 +168,6 @@ class Contacts:
     def of(cls, surface: Surface, neutral: Mesh, poses: Sequence[Points]) -> Contacts:
         """Those within one sheet of a surface, in some poses, each (V, 3)."""
         from scipy.sparse import coo_array, csr_array
-        from scipy.spatial import cKDTree
 
         rest, count = poses[0], len(poses[0])
         sheets = Sheets.of(neutral, Neighbourhoods.of(count, neutral.edges))
@@ -176,21 +175,13 @@ class Contacts:
         edge = np.linalg.norm(np.diff(rest[sheets.triangles], axis=1), axis=2).mean()
         near = _NEAR * float(edge)
         used = np.flatnonzero(sheets.numbers >= 0)
-        # Of the same sheet only: one distance for place, normal and sheet.
-        sheet = 2.0 * near * sheets.numbers[:, None]
         firsts, others = [], []
         for points in poses:
-            normals = surface.normals(points)
-            tree = cKDTree(np.hstack([points, near * normals, sheet])[used], balanced_tree=False)
             moved = used if points is rest else used[(points != rest).any(axis=1)[used]]
-            asked = np.hstack([points, -near * normals, sheet])[moved]
-            distance, close = tree.query(asked, k=1, distance_upper_bound=near)
-            found = np.isfinite(distance)
-            first, other = moved[found], used[np.asarray(close)[found]]
-            gap = points[other] - points[first]
-            front = (dot(gap, normals[first]) > 0) & (dot(gap, normals[other]) < 0)
-            firsts += [first[front], other[front]]
-            others += [other[front], first[front]]
+            normals = surface.normals(points)
+            first, other = facing(points, normals, sheets, used, moved, near, candidates=1)
+            firsts += [first, other]
+            others += [other, first]
         pair = np.concatenate(firsts), np.concatenate(others)
         pairs = csr_array(coo_array((np.ones(len(pair[0]), np.float32), pair), (count, count)))
         for _ in range(_SLIDE):

@@ -261,11 +261,8 @@ class _Scene:
         number = np.full(len(points), -1)
         number[vertices] = np.arange(len(vertices))
         own = joined(points[vertices], number[self.triangles[seen[self.triangles].all(axis=1)]])
-        none = np.zeros((0, 2), np.int64)
-        empty = np.zeros(0)
-        eye = Eye(
-            name, centre, radius, ball, axes, vertices, seen[vertices], none, none, empty, empty
-        )
+        no, none = np.zeros((0, 2), np.int64), np.zeros(0)
+        eye = Eye(name, centre, radius, ball, axes, vertices, seen[vertices], no, no, none, none)
         closing = self.rig.only([name])
         faces = faces_of(part_rig(closing, vertices), np.array(_CLOSING)[:, None])
         return _with_margins(eye, faces, own, moved[vertices])

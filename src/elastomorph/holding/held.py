@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastomorph.errors import ParameterError
-from elastomorph.holding.correction import Correction, with_morph
+from elastomorph.holding.correction import Correction
 from elastomorph.holding.folds import fold_corrections
 from elastomorph.holding.lids import lid_corrections
 from elastomorph.model.morph import Morph
@@ -75,7 +75,9 @@ def hold(
             rows.append(row)
             if morph is not None:
                 law = Corrective(row.drivers, row.law, row.numbers)
-                rig = with_morph(rig, row.name, morph, law)
+                laws = {**rig.sliders.correctives, row.name: law}
+                morphs = {**rig.morphs, row.name: morph}
+                rig = Rig(rig.neutral, morphs, correctives=laws, groups=rig.sliders.groups)
 
     # Correctives that are added drive nothing, so the sliders and their weights stay.
     weights = [slider_weights(rig, take, clip=False) for take in given]

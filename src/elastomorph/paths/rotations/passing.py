@@ -169,7 +169,6 @@ def passing(
 def _facing(morph: Morph, sheets: Sheets, least: float) -> tuple[Indices, Indices]:
     """(M,) vertices that may pass by a length, and what they or those beside them face."""
     from scipy.sparse import csr_array
-    from scipy.spatial import cKDTree
 
     start, end, ring = morph.neutral.vertices, morph.target.vertices, sheets.ring
     none = np.zeros(0, dtype=np.int64)
@@ -184,18 +183,11 @@ def _facing(morph: Morph, sheets: Sheets, least: float) -> tuple[Indices, Indice
         low, high = points[bent].min(axis=0) - near, points[bent].max(axis=0) + near
         inside = ((points >= low) & (points <= high)).all(axis=1) & (sheets.numbers >= 0)
         normals = _normals(points, sheets.triangles[inside[sheets.triangles].any(axis=1)])
-        # Close in place and in normal, reversed, and of the same sheet: one distance for all.
-        sheet = 2.0 * near * sheets.numbers[:, None]
-        some = np.flatnonzero(inside)
-        tree = cKDTree(np.hstack([points, near * normals, sheet])[some], balanced_tree=False)
-        reversed_ = np.hstack([points, -near * normals, sheet])[bent]
-        distance, close = tree.query(reversed_, k=_CANDIDATES, distance_upper_bound=near)
-        close = np.append(some, 0)[close]
-        gap = points[close] - points[bent, None]
-        front = np.isfinite(distance) & (np.einsum("bci,bi->bc", gap, normals[bent]) > 0)
-        row, column = (front & (np.einsum("bci,bci->bc", gap, normals[close]) < 0)).nonzero()
-        first.append(bent[row])
-        other.append(close[row, column])
+        rows, found = facing(
+            points, normals, sheets, np.flatnonzero(inside), bent, near, _CANDIDATES
+        )
+        first.append(rows)
+        other.append(found)
     pair = np.concatenate(first + other), np.concatenate(other + first)
     pairs = csr_array((np.ones(len(pair[0])), pair), ring.shape)
     for _ in range(_VERTEX_RINGS):
@@ -211,6 +203,35 @@ def _facing(morph: Morph, sheets: Sheets, least: float) -> tuple[Indices, Indice
     gaps = np.sqrt([_square(gap + time * change) for time in (0.0, *_TIMES, 1.0)])
     kept = (apart > least) & (gaps.min(axis=0) < apart + _SLACK * edge)
     return vertices[kept], faced[kept]
+
+
+def facing(
+    points: Points,
+    normals: Points,
+    sheets: Sheets,
+    some: Indices,
+    asked: Indices,
+    near: float,
+    candidates: int,
+) -> tuple[Indices, Indices]:
+    """(N,) vertices of those asked for, and (N,) what each faces among the nearest of some.
+
+    Each is in front of the other, on the same sheet and closer than a distance.
+    """
+    from scipy.spatial import cKDTree
+
+    # Close in place and in normal, reversed, and of the same sheet: one distance for all.
+    sheet = 2.0 * near * sheets.numbers[:, None]
+    tree = cKDTree(np.hstack([points, near * normals, sheet])[some], balanced_tree=False)
+    reversed_ = np.hstack([points, -near * normals, sheet])[asked]
+    distance, close = tree.query(
+        reversed_, k=[*range(1, candidates + 1)], distance_upper_bound=near
+    )
+    close = np.append(some, 0)[close]
+    gap = points[close] - points[asked, None]
+    front = np.isfinite(distance) & (np.einsum("bci,bi->bc", gap, normals[asked]) > 0)
+    row, column = (front & (np.einsum("bci,bci->bc", gap, normals[close]) < 0)).nonzero()
+    return asked[row], close[row, column]
 
 
 def _behind(
