@@ -135,10 +135,9 @@ class Lids:
         part = _parts(points, triangles)
         skin = part == np.bincount(part[moved > 0.05 * moved.max()]).argmax()
         drawn = skin[triangles[:, 0]]
-        if blink in CORNERS:
+        groups = rig.neutral.groups
+        if groups is not None and "skin" in groups.names:
             ends = np.array([landmarks()[place] for place in CORNERS[blink]])
-            groups = rig.neutral.groups
-            assert groups is not None
             shown = np.isin(groups.of_face, [groups.names.index(own) for own in ("skin", "head")])
             drawn &= np.repeat(shown, rig.neutral.faces.sizes - 2)
         else:
@@ -189,7 +188,8 @@ class Lids:
         there = above.any(axis=0) & below.any(axis=0) & ~beside
         # Rows are counted from below.
         gap = above.argmax(axis=0) - (SIZE[1] - below[::-1].argmax(axis=0))
-        return np.where(there, gap * self.wide / SIZE[0], np.nan)
+        over = (above & below).sum(axis=0)
+        return np.where(there, np.where(over, -over, gap) * self.wide / SIZE[0], np.nan)
 
     def _covered(self, window: Any) -> NDArray[np.bool_]:
         window.Render()
