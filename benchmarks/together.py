@@ -123,7 +123,7 @@ def lids(rig: em.Rig, take: em.Performance, extent: float) -> None:
             continue
         eye = Lids(rig, own)
         opening = 100 * np.nanmax(eye.slit(rig.neutral.vertices)) / extent
-        if opening < 1:
+        if not opening >= 1:
             print(f"  {own}: not measured, for no open slit is drawn between what lies above and "
                   f"below the ends of what the blink moves")  # fmt: skip
             continue
