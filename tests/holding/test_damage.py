@@ -57,7 +57,7 @@ def test_folds_are_those_found_one_by_one() -> None:
     found = set(np.flatnonzero(surface.folded(crumpled)).tolist())
     assert found == folded_by_hand(crumpled, surface.triangles)
     some = np.arange(0, len(surface.triangles), 3)
-    assert (surface.patch(some).folded(crumpled) == surface.folded(crumpled)[some]).all()
+    assert (surface.folded(crumpled, some) == surface.folded(crumpled)[some]).all()
 
 
 def test_only_the_pair_that_folds_is_ranked() -> None:

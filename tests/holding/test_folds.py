@@ -11,8 +11,9 @@ from sheets import moved, sheet
 
 import elastomorph as em
 from elastomorph.holding.damage import Surface
-from elastomorph.holding.folds import LARGEST, fold_correctives
+from elastomorph.holding.folds import LARGEST
 from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
 from elastomorph.rig.performance import Performance
 
@@ -36,42 +37,61 @@ def folds_on_the_grid(rig: Rig, displacement: NDArray[np.float64] | float) -> li
     ]
 
 
-@pytest.mark.parametrize("with_take", [False, True])
-def test_all_sixteen_weights_are_mended(*, with_take: bool) -> None:
+def take(*frames: tuple[float, float]) -> Performance:
+    return Performance(["a", "b"], np.arange(len(frames)) / 30, frames, 30)
+
+
+def test_all_sixteen_weights_are_mended() -> None:
     rig = wide_rig()
-    take = Performance(["a", "b"], np.arange(8) / 30, [[1, 1]] * 8, 30) if with_take else None
-    ((name, morph, corrective, row),) = fold_correctives(rig, 3, take)
-    assert name == "fold_a_b"
-    assert corrective.drivers == ("a", "b")
-    assert corrective.law == "min"
+    held = em.hold(rig, take(*[(1, 1)] * 8), lids=False, folds=3)
+    (row,) = held.corrections
+    morph = held.rig[row.name]
+    assert row.name == "fold_a_b"
+    assert held.rig.sliders.correctives[row.name] == em.Corrective(("a", "b"), "min")
     assert (morph.neutral.vertices == rig.neutral.vertices).all()
     assert not len(morph.bends)
     assert sum(folds_on_the_grid(rig, 0.0)) > 0
     assert sum(folds_on_the_grid(rig, morph.delta)) == 0
+    assert sum(folds_on_the_grid(held.rig, 0.0)) == 0
     assert row.before > row.after == 0
-    assert row.share <= LARGEST * (1 + 1e-9)
-    assert row.moved == pytest.approx(np.linalg.norm(morph.delta, axis=1).max())
+    assert row.frames == 8
+    farthest = np.linalg.norm(morph.delta, axis=1).max()
+    assert farthest <= LARGEST * Surface.of(rig).diameter * (1 + 1e-9)
 
 
 def test_only_the_first_half_of_a_take_is_looked_at() -> None:
     """Where the two meet in the second half alone, nothing is proposed."""
-    frames = [[1, 0]] * 4 + [[1, 1]] * 4
-    take = Performance(["a", "b"], np.arange(8) / 30, frames, 30)
-    assert fold_correctives(wide_rig(), 3, take) == []
+    late = take(*[(1, 0)] * 4, *[(1, 1)] * 4)
+    assert em.hold(wide_rig(), late, lids=False, folds=3).corrections == ()
 
 
 def test_a_corrective_moves_what_is_near_only() -> None:
     rig = wide_rig()
-    ((_, morph, _, _),) = fold_correctives(rig, 1)
+    held = em.hold(rig, take((1, 1), (1, 1)), lids=False, folds=1)
     far = np.abs(rig.neutral.vertices - rig.neutral.vertices[CENTRE]).max(axis=1) > 12
-    assert not morph.delta[far].any()
+    assert not held.rig["fold_a_b"].delta[far].any()
+
+
+def test_a_corrective_that_is_there_is_kept() -> None:
+    """By its name, even where it leaves the folds as they were."""
+    rig = wide_rig()
+    morphs: dict[str, Morph | Mesh] = {**rig.morphs, "fold_a_b": rig.neutral}
+    there = em.Rig(rig.neutral, morphs, method="linear", correctives={"fold_a_b": ("a", "b")})
+    held = em.hold(there, take((1, 1), (1, 1)), lids=False, folds=3)
+    assert [row.note for row in held.corrections] == ["fold_a_b is there already, and kept"]
+    assert held.rig is there
 
 
 def test_errors() -> None:
-    with pytest.raises(em.ParameterError, match="at least 1, found 0"):
-        fold_correctives(wide_rig(), 0)
+    with pytest.raises(em.ParameterError, match="number of folds"):
+        em.hold(wide_rig(), take((1, 1)), lids=False, folds=-1)
+    with pytest.raises(em.ParameterError, match="folds are found in takes"):
+        em.hold(wide_rig(), lids=False, folds=3)
     points, faces = sheet()
     neutral = Mesh(points, faces)
     one = Rig(neutral, {"a": neutral.with_vertices(points + 1)}, method="linear")
     with pytest.raises(em.ParameterError, match="two sliders or more"):
-        fold_correctives(one, 1)
+        em.hold(one, take((1, 1)), lids=False, folds=1)
+    other = Performance(["jawOpen"], [0.0], [[1.0]], 30, source="take.csv")
+    with pytest.raises(em.ParameterError, match=r"no weight of take\.csv drives"):
+        em.hold(wide_rig(), other, lids=False, folds=1)

@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from elastomorph.rig import Rig
     from elastomorph.rig.performance import Performance
 
-_KINDS = ("lids", "folds")
-_IN_PLACE = (".glb", ".gltf", ".vrm")
-
 
 @verb
 def hold(
@@ -41,7 +38,8 @@ def hold(
         str | None, typer.Option(help="lids, folds, or both separated by a comma; lids by default.")
     ] = None,
     folds: Annotated[
-        int | None, typer.Option(help="Most correctives against folds; 0 by default.", min=0)
+        int | None,
+        typer.Option(help="Most correctives against folds of the takes; 0 by default.", min=0),
     ] = None,
     method: options.MethodText = None,
     mesh: options.MeshNames = None,
@@ -74,24 +72,22 @@ def hold(
         return found[0].rig
 
     source = options.NamedRig.of(rig, settings, method, mesh)
-    report = None
     place = source.place
     whole = method is None and not mesh and source.settings is None
-    if place is not None and place.suffix.lower() in _IN_PLACE and whole and _same(place, output):
+    if place is not None and whole and _in_place(place) and (output is None or _in_place(output)):
         from elastomorph.bending.gltf import hold_gltf
 
         report = hold_gltf(place, None if dry_run else output, holding, say=say)
         written = report.output
     else:
-        held_rig = holding(source.full(say))
-        written = None if dry_run else output
-        if written is not None and len(held_rig.morphs) > len(source_names(found[0])):
+        held_rig, report = holding(source.full(say)), None
+        added = any(own.targets for own in found[0].corrections)
+        written = output if added and not dry_run else None
+        if written is not None:
             from elastomorph.io import write
 
             say(f"writing {written}")
             write(written, held_rig)
-        else:
-            written = None
     facts: dict[str, Any] = {
         "corrections": [asdict(own) for own in found[0].corrections],
         "written": None if written is None else str(written),
@@ -101,27 +97,21 @@ def hold(
     return Answer(facts, lambda: _tell(found[0], written))
 
 
-def source_names(held: Held) -> list[str]:
-    """The morphs that were there before."""
-    added = {own.name for own in held.corrections if own.law}
-    return [name for name in held.rig.morphs if name not in added]
-
-
-def _same(place: Path, output: Path | None) -> bool:
-    return output is None or output.suffix.lower() in _IN_PLACE
+def _in_place(path: Path) -> bool:
+    return path.suffix.lower() in (".glb", ".gltf", ".vrm")
 
 
 def _wanted(only: str | None, folds: int | None) -> dict[str, Any]:
-    kinds = ["lids", *(["folds"] if folds else [])] if only is None else only.split(",")
-    for kind in kinds:
-        if kind.strip() not in _KINDS:
-            raise ParameterError(f"--only is {' or '.join(_KINDS)}, found {kind!r}")
-    named = {kind.strip() for kind in kinds}
-    if "folds" in named and not folds:
+    kinds = {"lids", "folds"} if folds else {"lids"}
+    if only is not None:
+        kinds = {kind.strip() for kind in only.split(",")}
+    if strange := sorted(kinds - {"lids", "folds"}):
+        raise ParameterError(f"--only is lids or folds, found {strange[0]!r}")
+    if "folds" in kinds and not folds:
         raise ParameterError("--only folds: say how many correctives at most, as --folds 15")
-    if folds and "folds" not in named:
+    if folds and "folds" not in kinds:
         raise ParameterError("--folds has no effect without folds in --only")
-    return {"lids": "lids" in named, "folds": folds or 0}
+    return {"lids": "lids" in kinds, "folds": folds or 0}
 
 
 def _tell(held: Held, written: Path | None) -> None:

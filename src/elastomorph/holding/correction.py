@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
-from elastomorph.rig.laws import Corrective
 
 
 @dataclass(frozen=True)
@@ -44,11 +43,8 @@ class Correction:
     @property
     def fractions(self) -> tuple[float, float]:
         """Damage before and after, as fractions of D; 0 of folds."""
-        return (
-            (self.before / self.diameter, self.after / self.diameter)
-            if self.diameter
-            else (0.0, 0.0)
-        )
+        scale = self.diameter or np.inf
+        return self.before / scale, self.after / scale
 
 
 def straight_morph(rig: Rig, vertices: NDArray[np.int64], shift: NDArray[np.float64]) -> Morph:
@@ -57,13 +53,3 @@ def straight_morph(rig: Rig, vertices: NDArray[np.int64], shift: NDArray[np.floa
     target[vertices] += shift
     none = np.zeros((0, *target.shape))
     return Morph(rig.neutral, rig.neutral.with_vertices(target), none, ())
-
-
-def with_morph(rig: Rig, name: str, morph: Morph, corrective: Corrective) -> Rig:
-    """The rig with one more corrective."""
-    return Rig(
-        rig.neutral,
-        {**rig.morphs, name: morph},
-        correctives={**rig.sliders.correctives, name: corrective},
-        groups=rig.sliders.groups,
-    )

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import chain, combinations
 from typing import TYPE_CHECKING
 
@@ -22,7 +23,7 @@ from numpy.typing import NDArray
 from elastomorph.errors import MeshError, ParameterError
 from elastomorph.model.geometry import moved_extent
 from elastomorph.model.mesh import Mesh
-from elastomorph.paths.rotations.passing import Sheets
+from elastomorph.paths.rotations.passing import Sheets, facing, least_places
 from elastomorph.paths.rotations.vertex_rotations import Neighbourhoods
 from elastomorph.rig.performance import Performance, slider_weights
 from elastomorph.rig.rig import Rig
@@ -67,11 +68,11 @@ Mask = NDArray[np.bool_]
 class Surface:
     """The triangles of a rig, each with its neighbourhood, found once for all poses."""
 
+    rest: Points  # (V, 3)
     triangles: Indices  # (T, 3), polygons split in fans
     near: csr_array  # (T, T) ones within three rings, itself among them
     touching: csr_array  # (V, T) ones where a triangle has a vertex
     diameter: float  # D: of what the targets move
-    folded_at_rest: Mask  # (T,)
 
     @classmethod
     def of(cls, rig: Rig) -> Surface:
@@ -88,57 +89,53 @@ class Surface:
             raise MeshError(
                 f"{neutral.name} has no polygons: nothing of it can fold. Take a rig with a surface"
             )
-        shape = (len(triangles), len(neutral.vertices))
-        corner = np.repeat(np.arange(len(triangles)), 3), triangles.ravel()
-        at = csr_array((np.ones(triangles.size, dtype=np.float32), corner), shape)
-        near, ring = at, _ones(csr_array(at.T) @ at)
+        corner = triangles.ravel(), np.repeat(np.arange(len(triangles)), 3)
+        shape = len(neutral.vertices), len(triangles)
+        touching = csr_array((np.ones(triangles.size, dtype=np.float32), corner), shape)
+        near, ring = csr_array(touching.T), _ones(touching @ touching.T)
         for _ in range(_RINGS - 1):
             near = _ones(near @ ring)
-        near = _ones(near @ csr_array(at.T))
         targets = [morph.target.vertices for morph in rig.morphs.values()]
         extent = moved_extent(neutral.vertices, targets) or neutral.diameter
-        whole = cls(triangles, near, csr_array(at.T), extent, np.zeros(len(triangles), dtype=bool))
-        at_rest = whole.folded(neutral.vertices)
-        return cls(triangles, near, whole.touching, extent, at_rest)
+        return cls(neutral.vertices, triangles, _ones(near @ touching), touching, extent)
 
-    def patch(self, rows: Indices) -> Patch:
-        """Some triangles, with what is near them."""
-        near = self.near[rows]
-        used = np.zeros(len(self.triangles), dtype=bool)
+    @cached_property
+    def folded_at_rest(self) -> Mask:
+        """(T,) triangles that are folded in the neutral."""
+        return self.folded(self.rest)
+
+    def normals_around(self, points: Points, rows: Indices | None = None) -> tuple[Points, Points]:
+        """(R, 3) normals of some triangles, or of all, and sums of those near each."""
+        if rows is None:
+            every = crosses(points, self.triangles)
+            return every, self.near @ every
+        near, used = self.near[rows], np.zeros(len(self.triangles), dtype=bool)
         used[near.indices] = True
-        used = np.flatnonzero(used)
-        return Patch(rows, near[:, used], self.triangles[used], self.triangles[rows])
+        some = np.zeros((len(used), 3))
+        some[used] = crosses(points, self.triangles[used])
+        return some[rows], near @ some
 
-    def folded(self, points: Points) -> Mask:
-        """(T,) triangles that are folded in a pose, (V, 3)."""
-        across = crosses(points, self.triangles)
-        return np.asarray(dot(across, self.near @ across) < 0)
+    def folded(self, points: Points, rows: Indices | None = None) -> Mask:
+        """(R,) which of some triangles, or of all, are folded in a pose, (V, 3)."""
+        return np.asarray(dot(*self.normals_around(points, rows)) < 0)
 
     def seen(self, points: Points, rows: Indices) -> Mask:
         """(R,) which of some triangles are seen from the front in a pose."""
-        facing = (self.near[rows] @ crosses(points, self.triangles))[:, 2] > 0
-        seen = np.zeros(len(rows), dtype=bool)
-        tested = np.flatnonzero(facing)
-        if not len(tested):
+        seen = self.normals_around(points, rows)[1][:, 2] > 0
+        if not seen.any():
             return seen
-        corners = points[self.triangles]
-        a, b, c = corners.transpose(1, 0, 2)
-        # Of pairs: several times faster than along an axis of three.
-        low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-        places = _PLACES @ corners[rows[tested]]
+        corners = points.T[:, self.triangles.T]  # (3 axes, 3 corners, T)
+        low, high = corners.min(axis=1), corners.max(axis=1)
         free = _IN_FRONT * self.diameter
-        # Only what is in the box around the points can hide one: of all, then of each triangle.
-        first, last = places.min(axis=1), places.max(axis=1)
-        left, down, right, up = low[:, 0], low[:, 1], high[:, 0], high[:, 1]
-        over = (left <= last[:, 0].max()) & (right >= first[:, 0].min())
-        over &= (down <= last[:, 1].max()) & (up >= first[:, 1].min())
-        some = np.flatnonzero(over & (high[:, 2] > first[:, 2].min() + free))
-        left, down, right, up, top = left[some], down[some], right[some], up[some], high[some, 2]
-        for row, four, (x, y, z), (xx, yy, _) in zip(tested, places, first, last, strict=True):
-            over = (left <= xx) & (right >= x) & (down <= yy) & (up >= y) & (top > z + free)
-            near = some[over]
-            near = corners[near[near != rows[row]]]
-            seen[row] = any((_height(near, at) <= at[2] + free).all() for at in four)
+        for place in np.flatnonzero(seen):
+            places = corners[:, :, rows[place]] @ _PLACES.T
+            first, last = places.min(axis=1), places.max(axis=1)
+            over = high[2] > first[2] + free
+            for axis in (0, 1):
+                over &= (low[axis] <= last[axis]) & (high[axis] >= first[axis])
+            over[rows[place]] = False
+            near = corners[:, :, over]
+            seen[place] = any((_height(near, at) <= at[2] + free).all() for at in places.T)
         return seen
 
     def visible_folds(self, points: Points) -> Indices:
@@ -159,24 +156,10 @@ class Surface:
 
 
 @dataclass(frozen=True, eq=False)
-class Patch:
-    """Some triangles of a surface and those near them, to look at alone."""
-
-    rows: Indices  # (R,) which triangles of the surface
-    near: csr_array  # (R, N)
-    around: Indices  # (N, 3) corners of what is near
-    own: Indices  # (R, 3) corners
-
-    def folded(self, points: Points) -> Mask:
-        """(R,) which of them are folded in a pose of the whole, (V, 3)."""
-        mean = self.near @ crosses(points, self.around)
-        return np.asarray(dot(crosses(points, self.own), mean) < 0)
-
-
-@dataclass(frozen=True, eq=False)
 class Contacts:
     """Vertices that face each other at rest or where one slider is full, and what they face."""
 
+    surface: Surface
     vertices: Indices  # (M,)
     faced: csr_array  # (M, V) ones
     farthest: float  # distance up to which they do
@@ -185,7 +168,6 @@ class Contacts:
     def of(cls, surface: Surface, neutral: Mesh, poses: Sequence[Points]) -> Contacts:
         """Those within one sheet of a surface, in some poses, each (V, 3)."""
         from scipy.sparse import coo_array, csr_array
-        from scipy.spatial import cKDTree
 
         rest, count = poses[0], len(poses[0])
         sheets = Sheets.of(neutral, Neighbourhoods.of(count, neutral.edges))
@@ -193,51 +175,34 @@ class Contacts:
         edge = np.linalg.norm(np.diff(rest[sheets.triangles], axis=1), axis=2).mean()
         near = _NEAR * float(edge)
         used = np.flatnonzero(sheets.numbers >= 0)
-        # Of the same sheet only: one distance for place, normal and sheet.
-        sheet = 2.0 * near * sheets.numbers[:, None]
         firsts, others = [], []
         for points in poses:
-            normals = surface.normals(points)
-            tree = cKDTree(np.hstack([points, near * normals, sheet])[used], balanced_tree=False)
             moved = used if points is rest else used[(points != rest).any(axis=1)[used]]
-            asked = np.hstack([points, -near * normals, sheet])[moved]
-            distance, close = tree.query(asked, k=1, distance_upper_bound=near)
-            found = np.isfinite(distance)
-            first, other = moved[found], used[np.asarray(close)[found]]
-            gap = points[other] - points[first]
-            front = (dot(gap, normals[first]) > 0) & (dot(gap, normals[other]) < 0)
-            firsts += [first[front], other[front]]
-            others += [other[front], first[front]]
+            normals = surface.normals(points)
+            first, other = facing(points, normals, sheets, used, moved, near, candidates=1)
+            firsts += [first, other]
+            others += [other, first]
         pair = np.concatenate(firsts), np.concatenate(others)
         pairs = csr_array(coo_array((np.ones(len(pair[0]), np.float32), pair), (count, count)))
         for _ in range(_SLIDE):
             pairs = _ones(pairs @ ring)
         vertices = np.flatnonzero(np.diff(pairs.indptr)).astype(np.int64)
-        every = cls(vertices, pairs[vertices], near)
+        every = cls(surface, vertices, pairs[vertices], near)
         # What is behind at rest is the other side of the same flesh.
-        depth, _ = every.depths(rest, surface.normals(rest), np.arange(len(vertices)))
+        depth, _ = every.depths(rest, np.arange(len(vertices)))
         kept = depth <= DEEP * surface.diameter
-        return cls(vertices[kept], every.faced[kept], near)
+        return cls(surface, vertices[kept], every.faced[kept], near)
 
-    def closest(self, points: Points, rows: Indices) -> Indices:
-        """(R,) the closest vertex of what some of the vertices face, in a pose."""
-        if not len(rows):
-            return np.zeros(0, dtype=np.int64)
-        faced = self.faced[rows]
-        starts = np.asarray(faced.indptr)
-        sizes = np.diff(starts)
-        off = points[faced.indices] - points[np.repeat(self.vertices[rows], sizes)]
-        square = dot(off, off)
-        least = np.repeat(np.minimum.reduceat(square, starts[:-1]), sizes)
-        closest = np.flatnonzero(square == least)
-        closest = closest[np.searchsorted(closest, starts[:-1])]
-        return np.asarray(faced.indices[closest], dtype=np.int64)
-
-    def depths(self, points: Points, normals: Points, rows: Indices) -> tuple[Points, Mask]:
+    def depths(self, points: Points, rows: Indices) -> tuple[Points, Mask]:
         """(R,) how far vertices are behind what is closest of what they face, if straight."""
-        other = self.closest(points, rows)
-        off = points[other] - points[self.vertices[rows]]
-        depth, distance = dot(off, normals[other]), np.sqrt(dot(off, off))
+        if not len(rows):
+            return np.zeros(0), np.zeros(0, dtype=bool)
+        faced, own = self.faced[rows], points[self.vertices[rows]]
+        off = points[faced.indices] - np.repeat(own, np.diff(faced.indptr), axis=0)
+        closest = least_places(dot(off, off), faced.indptr[:-1])
+        off = off[closest]
+        depth = dot(off, self.surface.normals(points)[faced.indices[closest]])
+        distance = np.sqrt(dot(off, off))
         return depth, (depth > _STRAIGHT_BEHIND * distance) & (distance < self.farthest)
 
 
@@ -335,11 +300,11 @@ def folds_by_sliders(
     """
     for place, frame in enumerate(frames):
         for row in surface.visible_folds(rig.pose(frame)):
-            patch, kept = surface.patch(np.array([row])), frame.copy()
+            kept = frame.copy()
             for slider in np.argsort(frame, kind="stable")[(frame == 0).sum() :]:
                 without = kept.copy()
                 without[slider] = 0.0
-                if patch.folded(rig.pose(without))[0]:
+                if surface.folded(rig.pose(without), np.array([row]))[0]:
                     kept = without
             yield place, int(row), tuple(np.flatnonzero(kept).tolist())
 
@@ -391,28 +356,28 @@ class _Judge:
             per_frame = self.per_frame.get(sliders, 0.0)
             weights = self.weights[least.argmax(), columns] if frames else weights
         pose = self._pose(sliders, weights)
-        rows = rows[self.surface.patch(rows).folded(pose)]
-        contacts, excess = self._deep(pose, np.all(self.moved[columns], axis=0))
+        rows = rows[self.surface.folded(pose, rows)]
+        contacts, depth = self._deep(pose, np.all(self.moved[columns], axis=0))
+        excess = depth
         for some in chain.from_iterable(
             combinations(range(len(sliders)), few) for few in range(1, len(sliders))
         ):
             if not len(rows) and not len(contacts):
                 return None
             fewer = self._pose(tuple(columns[place] for place in some), weights[list(some)])
-            rows = rows[~self.surface.patch(rows).folded(fewer)]
-            if len(contacts):
-                own, _ = self.contacts.depths(fewer, self.surface.normals(fewer), contacts)
-                excess[1] = np.minimum(excess[1], excess[0] - np.maximum(own, 0.0))
+            rows = rows[~self.surface.folded(fewer, rows)]
+            own, _ = self.contacts.depths(fewer, contacts)
+            excess = np.minimum(excess, depth - np.maximum(own, 0.0))
         folds = int(self.surface.seen(pose, rows).sum())
-        depth = self._seen_depth(pose, contacts, excess[1])
-        if not folds and not depth and not per_frame:
+        deeper = self._seen_depth(pose, contacts, excess)
+        if not folds and not deeper and not per_frame:
             return None
         opposite = any(
             _cosine(*self.motions[list(pair)]) < _OPPOSITE for pair in combinations(sliders, 2)
         )
-        share, names = depth / self.surface.diameter, tuple(self.rig.names[i] for i in sliders)
+        share, names = deeper / self.surface.diameter, tuple(self.rig.names[i] for i in sliders)
         shown = tuple(weights.tolist())
-        return Meeting(names, shown, folds, depth, share, opposite, frames, per_frame)
+        return Meeting(names, shown, folds, deeper, share, opposite, frames, per_frame)
 
     def _pose(self, sliders: tuple[int, ...], weights: NDArray[np.float64]) -> Points:
         row = np.zeros(len(self.rig.names))
@@ -420,14 +385,11 @@ class _Judge:
         return self.rig.pose(row)
 
     def _deep(self, pose: Points, moved: Mask) -> tuple[Indices, Points]:
-        """Contacts among moved vertices that are deep in a pose, and twice (2, R) how deep."""
-        least = DEEP * self.surface.diameter
+        """(R,) contacts among moved vertices that are deep in a pose, and how deep."""
         some = np.flatnonzero(moved[self.contacts.vertices])
-        if not len(some):
-            return some, np.zeros((2, 0))
-        depth, passes = self.contacts.depths(pose, self.surface.normals(pose), some)
-        deep = passes & (depth > least)
-        return some[deep], np.stack([depth[deep]] * 2)
+        depth, passes = self.contacts.depths(pose, some)
+        deep = passes & (depth > DEEP * self.surface.diameter)
+        return some[deep], depth[deep]
 
     def _seen_depth(self, pose: Points, contacts: Indices, excess: Points) -> float:
         """The largest excess of depth, 0 where it is small or nothing around it is seen."""
@@ -453,19 +415,13 @@ def crosses(points: Points, triangles: Indices) -> Points:
 
 
 def _height(corners: Points, place: Points) -> Points:
-    """(N,) z of triangles, (N, 3, 3), over or under a point; minus infinity beside them."""
-    a, b, c = corners.transpose(1, 2, 0)
-
-    def area(one: Points, other: Points) -> Points:
-        return np.asarray(
-            (one[0] - place[0]) * (other[1] - place[1])
-            - (one[1] - place[1]) * (other[0] - place[0])
-        )
-
-    shares = np.stack([area(b, c), area(c, a), area(a, b)])
+    """(N,) z of triangles, (3 axes, 3, N), over or under a point; minus infinity beside them."""
+    x, y = corners[:2] - place[:2, None, None]
+    following, last = [1, 2, 0], [2, 0, 1]
+    shares = x[following] * y[last] - y[following] * x[last]
     whole = shares.sum(axis=0)
     inside = ((shares >= 0).all(axis=0) | (shares <= 0).all(axis=0)) & (whole != 0)
-    height = np.einsum("in,ni->n", shares, corners[:, :, 2]) / np.where(whole != 0, whole, 1.0)
+    height = (shares * corners[2]).sum(axis=0) / np.where(whole != 0, whole, 1.0)
     return np.where(inside, height, -np.inf)
 
 

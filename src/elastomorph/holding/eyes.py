@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError
-from elastomorph.model.geometry import component_of, connected_parts, sides_of
+from elastomorph.model.geometry import component_of, connected_parts, neighbours, sides_of
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.model.surface import triangulate
@@ -191,11 +191,7 @@ class _Scene:
         corners = triangulate(rig.neutral)[0].astype(np.int64)
         triangles = joined(rig.neutral.vertices, corners)
         # A seam is an edge of two triangles; where a shell hangs on the skin there are three.
-        sides = np.sort(sides_of(triangles), axis=1)
-        _, edge, count = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
-        two = np.flatnonzero(count[edge.ravel()] == 2)
-        two = two[np.argsort(edge.ravel()[two], kind="stable")]
-        seams = corners[two % len(corners), 0].reshape(-1, 2)
+        seams = corners[neighbours(triangles), 0]
         edges = np.concatenate([sides_of(corners), seams])
         return cls(rig, corners, connected_parts(len(rig.neutral.vertices), edges))
 
@@ -265,11 +261,8 @@ class _Scene:
         number = np.full(len(points), -1)
         number[vertices] = np.arange(len(vertices))
         own = joined(points[vertices], number[self.triangles[seen[self.triangles].all(axis=1)]])
-        none = np.zeros((0, 2), np.int64)
-        empty = np.zeros(0)
-        eye = Eye(
-            name, centre, radius, ball, axes, vertices, seen[vertices], none, none, empty, empty
-        )
+        no, none = np.zeros((0, 2), np.int64), np.zeros(0)
+        eye = Eye(name, centre, radius, ball, axes, vertices, seen[vertices], no, no, none, none)
         closing = self.rig.only([name])
         faces = faces_of(part_rig(closing, vertices), np.array(_CLOSING)[:, None])
         return _with_margins(eye, faces, own, moved[vertices])

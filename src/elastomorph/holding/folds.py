@@ -15,36 +15,32 @@ from where the last u led, with what that folds anew.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from itertools import combinations, product
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError
+from elastomorph.holding.correction import Correction, straight_morph
 from elastomorph.holding.damage import (
     ACTIVE,
     DEEP,
     Contacts,
     Indices,
-    Mask,
-    Patch,
     Points,
     Surface,
     crosses,
     dot,
     folds_by_sliders,
-    rank_meetings,
     taken_weights,
 )
 from elastomorph.model.cholesky import symmetric_factor
-from elastomorph.model.geometry import sides_of
+from elastomorph.model.geometry import neighbours
 from elastomorph.model.morph import Morph
 from elastomorph.model.surface import surface_operators
-from elastomorph.paths.straight import Linear
-from elastomorph.rig.laws import Corrective
 from elastomorph.rig.performance import Performance
 from elastomorph.rig.rig import Rig
 from elastomorph.rig.sliders import spread_rows
@@ -62,124 +58,66 @@ _SMOOTH, _RINGS = 0.005, 8
 _ROUNDS, _MOST = 6, 300
 # What the dual is damped by, over its largest diagonal, for folds that nothing undoes.
 _DAMPING = 1e-7
-# Frames of a take that correctives are chosen by, and those of them that one is fitted to.
+# Frames of takes that correctives are chosen by, and those of them that one is fitted to.
 _FRAMES, _FITTED = 100, 8
-# Visible folds, in all that is looked at, that a corrective must undo.
+# Visible folds, in all frames that are looked at, that a corrective must undo.
 _LEAST = 2
-# Poses in which it is looked for what a corrective adds.
+# Frames in which it is looked for what a corrective adds.
 _CHECKED = 30
-# Parts of a corrective that are tried, where the whole of it adds something.
-_SHARES = (1.0, 0.5)
 
 
-@dataclass(frozen=True)
-class FoldRow:
-    """One corrective in a table.
-
-    Attributes:
-        sliders: What drives it.
-        before: Visible folds before, a frame of the take or a pose of the grid.
-        after: The same with the corrective.
-        moved: How far it moves a vertex, in the unit of the neutral.
-        share: That over D.
-        vertices: How many it moves.
-    """
-
-    sliders: tuple[str, ...]
-    before: float
-    after: float
-    moved: float
-    share: float
-    vertices: int
-
-
-def fold_correctives(
-    rig: Rig,
-    count: int,
-    takes: Performance | Sequence[Performance] | None = None,
-    *,
-    say: Callable[[str], None] = lambda _: None,
-) -> list[tuple[str, Morph, Corrective, FoldRow]]:
-    """Propose correctives that undo visible folds where two sliders meet, the most useful first.
+def fold_corrections(
+    rig: Rig, most: int, takes: Sequence[Performance]
+) -> Iterator[tuple[Correction, Morph | None]]:
+    """Correctives that undo visible folds where two sliders meet, the most useful first.
 
     Each is driven by the lesser weight of two sliders and is fitted to 16 weights of the two, in
-    quarters, and to frames in which they fold something. One that moves a vertex farther than
+    quarters, and to frames in which they fold something. One that would move a vertex farther than
     `LARGEST` is made smaller; one that leaves as many folds as there were, or adds edges at which
-    the surface turns back, or vertices that pass what they face, is dropped. The eye gains little:
-    nothing proposes them unless it is asked to.
+    the surface turns back, or vertices that pass what they face, is dropped.
 
     Args:
         rig: The rig; what counts is its `Rig.pose`.
-        count: How many at most.
+        most: How many at most.
         takes: Weights that say which sliders meet, and how far. Only the first half of each is
             looked at, so that the second can tell what was gained.
-        say: Told what is being done.
 
-    Returns:
-        Name, straight path from the neutral, drivers and row of a table of each.
+    Yields:
+        A row, whose damage is folds a frame that was looked at, and the morph that it tells of;
+        none where the rig has one of this name.
 
     Raises:
         MeshError: The neutral has no polygons.
-        ParameterError: A count below 1, a rig with fewer than two sliders, or a take that drives
-            none of them.
+        ParameterError: A rig with fewer than two sliders, or a take that drives none of them.
     """
-    if not isinstance(count, int) or count < 1:
-        raise ParameterError(f"correctives of folds: expected a count of at least 1, found {count}")
     if len(rig.names) < 2:
         raise ParameterError(f"pairs need two sliders or more, the rig has {len(rig.names)}")
-    takes = [takes] if isinstance(takes, Performance) else list(takes or ())
     weights = [taken_weights(rig, take) for take in takes]
-    search = _Search.of(rig, weights, say)
-    path, rest = Linear().prepare(rig.neutral), rig.neutral.vertices
-    proposals: list[tuple[str, Morph, Corrective, FoldRow]] = []
-    while len(proposals) < count:
-        found = search.next()
-        if found is None:
-            break
-        names, displacement, row = found
+    halves = [own[: (len(own) + 1) // 2] for own in weights]
+    share = -(-_FRAMES // len(halves))
+    frames = np.concatenate([half[spread_rows(len(half), share)] for half in halves])
+    search, every = _Search.of(rig, frames), np.concatenate(weights)
+    while most and (pair := search.next_pair()) is not None:
+        names = tuple(rig.names[place] for place in pair)
         name = "_".join(("fold", *names))
-        morph = path(rig.neutral.with_vertices(rest + displacement))
-        proposals.append((name, morph, Corrective(names, "min"), row))
-        say(f"{len(proposals)} of {count}: {' and '.join(names)}")
-    return proposals
+        if name in rig:
+            yield Correction(name, note=f"{name} is there already, and kept"), None
+        elif (displacement := search.corrective(pair)) is not None:
+            before, after = search.take(pair, displacement)
+            in_use = int((every[:, pair].min(axis=1) > 0).sum())
+            most -= 1
+            yield (
+                Correction(name, names, "min", (), before, after, frames=in_use, targets=1),
+                straight_morph(rig, np.arange(len(displacement)), displacement),
+            )
 
 
-@dataclass(frozen=True, eq=False)
-class _Event:
-    """A triangle that is folded and seen in a frame, and the pairs of sliders that may mend it."""
+class _Scene(NamedTuple):
+    """A pose, the weight of the corrective in it, and triangles to unfold."""
 
-    frame: int
-    row: int
-    pairs: tuple[tuple[int, int], ...]
-
-
-@dataclass(frozen=True, eq=False)
-class _Scenes:
-    """Poses with the weight of the corrective in each, and triangles to unfold."""
-
-    poses: list[Points]
-    weights: list[float]
-    rows: list[Indices]
-
-    @property
-    def folds(self) -> int:
-        """How many there are to unfold."""
-        return sum(map(len, self.rows))
-
-    @classmethod
-    def of(cls, surface: Surface, poses: list[Points], weights: list[float]) -> _Scenes:
-        """Poses with all that is folded and seen in them."""
-        return cls(poses, weights, [surface.visible_folds(pose) for pose in poses])
-
-    def only(self, places: Iterable[int]) -> _Scenes:
-        """Some of the poses."""
-        kept = ([own[place] for place in places] for own in (self.poses, self.weights, self.rows))
-        return _Scenes(*kept)  # type: ignore[arg-type]
-
-    def __add__(self, other: _Scenes) -> _Scenes:
-        return _Scenes(
-            self.poses + other.poses, self.weights + other.weights, self.rows + other.rows
-        )
+    pose: Points
+    weight: float
+    rows: Indices
 
 
 @dataclass(eq=False)
@@ -194,43 +132,42 @@ class _Fitter:
     @classmethod
     def of(cls, rig: Rig, surface: Surface) -> _Fitter:
         operators = surface_operators(rig.neutral)
-        lengths = np.linalg.norm(crosses(rig.neutral.vertices, surface.triangles), axis=1)
+        lengths = np.linalg.norm(crosses(surface.rest, surface.triangles), axis=1)
         # Operators measure in units in which the area is 1.
         length = _SMOOTH * surface.diameter / np.sqrt(operators.area)
         return cls(surface, operators.mass, operators.laplacian * length**2, lengths)
 
-    def fit(self, scenes: _Scenes) -> Points | None:
-        """(V, 3) the displacement that undoes the folds of scenes, None where there are none."""
+    def fit(self, scenes: Sequence[_Scene]) -> Points:
+        """(V, 3) the displacement that undoes the folds of scenes, 0 where there are none."""
         from scipy.sparse import csc_array, diags_array
 
-        if not scenes.folds:
-            return None
-        surface = self.surface
-        free = self._around(np.unique(np.concatenate(scenes.rows)))
+        surface, found = self.surface, np.zeros((len(self.mass), 3))
+        if not any(len(scene.rows) for scene in scenes):
+            return found
+        free = self._around(np.unique(np.concatenate([scene.rows for scene in scenes])))
         mass, laplacian = self.mass[free], self.laplacian[:, free]
         smooth = csc_array(laplacian.T @ diags_array(1.0 / self.mass) @ laplacian)
         factor = symmetric_factor(csc_array(smooth + diags_array(mass, format="csc")))
         moves = np.zeros(len(self.mass), dtype=bool)
         moves[free] = True
-        patch = surface.patch(np.flatnonzero(surface.reached(moves)))
-        found = np.zeros((len(self.mass), 3))
-        wanted = [np.isin(patch.rows, rows) for rows in scenes.rows]
-        folded = [patch.folded(pose) for pose in scenes.poses]
+        near = np.flatnonzero(surface.reached(moves) & ~surface.folded_at_rest)
+        wanted = [scene.rows for scene in scenes]
+        folded = [near[surface.folded(scene.pose, near)] for scene in scenes]
         for turn in range(_ROUNDS):
-            rows = [
-                self._linear(patch, pose + m * found, m, some, found)
-                for pose, m, some in zip(scenes.poses, scenes.weights, wanted, strict=True)
+            parts = [
+                self._linear(pose + m * found, m, rows, found)
+                for (pose, m, _), rows in zip(scenes, wanted, strict=True)
             ]
-            found[free] = _least(factor, free, *map(np.concatenate, zip(*rows, strict=True)))
+            found[free] = _least(factor, free, *map(np.concatenate, zip(*parts, strict=True)))
             left = False
-            for scene, (pose, m) in enumerate(zip(scenes.poses, scenes.weights, strict=True)):
+            for place, (pose, m, _) in enumerate(scenes):
                 points = pose + m * found
-                now = patch.folded(points) & ~surface.folded_at_rest[patch.rows]
-                more = now & ~folded[scene]
+                now = near[surface.folded(points, near)]
+                more = ~np.isin(now, folded[place])
                 if turn % 2:  # what was folded before, and hidden by what is unfolded now
-                    more[now] |= surface.seen(points, patch.rows[now])
-                left |= bool((now & (wanted[scene] | more)).any())
-                wanted[scene] = wanted[scene] | more
+                    more |= surface.seen(points, now)
+                left |= bool((more | np.isin(now, wanted[place])).any())
+                wanted[place] = np.union1d(wanted[place], now[more])
             if turn % 2 and not left:
                 break
         return found
@@ -244,21 +181,18 @@ class _Fitter:
         return np.flatnonzero(reached)
 
     def _linear(
-        self, patch: Patch, points: Points, weight: float, wanted: Mask, found: Points
-    ) -> tuple[Indices, Points, NDArray[np.float64]]:
-        """(K, 3) corners, (K, 3, 3) their gradients and (K,) bounds of triangles of a patch."""
-        rows = np.flatnonzero(wanted)
-        own = patch.own[rows]
-        mean = patch.near[rows] @ crosses(points, patch.around)
+        self, points: Points, weight: float, rows: Indices, found: Points
+    ) -> tuple[Indices, Points, Points]:
+        """(K, 3) corners, (K, 3, 3) their gradients and (K,) bounds of triangles in a pose."""
+        own = self.surface.triangles[rows]
+        across, mean = self.surface.normals_around(points, rows)
         mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
         a, b, c = points[own.T]
         # n·(a × b + b × c + c × a) by a is n × (c - b), and so on round the triangle.
         gradients = weight * np.stack([np.cross(mean, side) for side in (c - b, a - c, b - a)], 1)
-        height = np.einsum("ki,ki->k", crosses(points, own), mean)
-        length = self.at_rest[patch.rows[rows]]
-        bounds = _UPRIGHT * length - height + np.einsum("kci,kci->k", gradients, found[own])
-        scale = 1.0 / np.maximum(length, 1e-300)
-        return own, gradients * scale[:, None, None], bounds * scale
+        length = np.maximum(self.at_rest[rows], 1e-300)
+        bounds = np.einsum("kci,kci->k", gradients, found[own]) - dot(across, mean)
+        return own, gradients / length[:, None, None], _UPRIGHT + bounds / length
 
 
 def _least(
@@ -291,172 +225,111 @@ def _least(
 
 @dataclass(eq=False)
 class _Search:
-    """What is looked at to choose correctives, and those that were taken."""
+    """What is looked at to choose correctives, moved by those that were taken."""
 
     rig: Rig
     surface: Surface
     contacts: Contacts
     fitter: _Fitter
-    frames: NDArray[np.float64]  # (F, sliders) of takes
-    events: list[_Event]
-    order: list[tuple[int, int]]  # without a take, pairs to try
     edges: Indices  # (E, 2) triangles on both sides of an edge
-    posed: _Scenes  # the frames, with what was taken
+    frames: NDArray[np.float64]  # (F, sliders) of takes
+    poses: list[Points]
+    folds: list[Indices]  # triangles that are seen folded in each
+    events: list[tuple[int, int, tuple[int, ...]]]  # frame and triangle, sliders that it takes
     tried: set[tuple[int, int]] = field(default_factory=set)
     taken: list[tuple[list[int], Points]] = field(default_factory=list)
 
     @classmethod
-    def of(
-        cls, rig: Rig, weights: Sequence[NDArray[np.float64]], say: Callable[[str], None]
-    ) -> _Search:
+    def of(cls, rig: Rig, frames: NDArray[np.float64]) -> _Search:
         surface = Surface.of(rig)
-        poses = [rig.neutral.vertices, *(rig.pose({name: 1.0}) for name in rig.names)]
-        order: list[tuple[int, int]] = []
-        frames, events, posed = np.zeros((0, len(rig.names))), [], _Scenes([], [], [])
-        if weights:
-            say("looking at frames of the take")
-            halves = [own[: (len(own) + 1) // 2] for own in weights]
-            share = -(-_FRAMES // len(halves))
-            frames = np.concatenate([half[spread_rows(len(half), share)] for half in halves])
-            posed = _Scenes.of(surface, [rig.pose(frame) for frame in frames], [0.0] * len(frames))
-            moved = [np.any(pose != poses[0], axis=1) for pose in poses[1:]]
-            reached = np.array([surface.reached(each) for each in moved])
-            events = [
-                _Event(place, row, _mending(frames[place], sliders, reached[:, row]))
-                for place, row, sliders in folds_by_sliders(rig, surface, frames)
-            ]
-        else:
-            ranked = rank_meetings(rig, triples=False, say=say)
-            places = {name: place for place, name in enumerate(rig.names)}
-            order = [
-                (places[one.sliders[0]], places[one.sliders[1]])
-                for one in ranked
-                if one.folds and not one.opposite
-            ]
-        contacts = Contacts.of(surface, rig.neutral, poses)
-        sides = np.sort(sides_of(surface.triangles), axis=1)
-        by_side = np.lexsort(sides.T)
-        same = (np.diff(sides[by_side], axis=0) == 0).all(axis=1)
-        edges = np.stack([by_side[:-1][same], by_side[1:][same]], axis=1) % len(surface.triangles)
-        return cls(
-            rig, surface, contacts, _Fitter.of(rig, surface), frames, events, order, edges, posed
-        )
+        alone = [surface.rest, *(rig.pose({name: 1.0}) for name in rig.names)]
+        contacts = Contacts.of(surface, rig.neutral, alone)
+        poses = [rig.pose(frame) for frame in frames]
+        folds = [surface.visible_folds(pose) for pose in poses]
+        events = list(folds_by_sliders(rig, surface, frames))
+        edges, fitter = neighbours(surface.triangles), _Fitter.of(rig, surface)
+        return cls(rig, surface, contacts, fitter, edges, frames, poses, folds, events)
 
-    def pose(self, row: NDArray[np.float64]) -> Points:
+    def next_pair(self) -> tuple[int, int] | None:
+        """The pair of sliders that takes part in most folds, once; None where no pair is left."""
+        counts = Counter(pair for *_, own in self.events for pair in combinations(own, 2))
+        left = [(counts[pair], pair) for pair in counts if pair not in self.tried]
+        most, pair = max(left, default=(0, None))
+        if pair is None or most < _LEAST:
+            return None
+        self.tried.add(pair)
+        return pair
+
+    def take(self, pair: tuple[int, int], displacement: Points) -> tuple[float, float]:
+        """Move the frames by a corrective; folds a frame before and after, where it is active."""
+        least = self.frames[:, pair].min(axis=1)
+        active = np.flatnonzero(least > 0)
+        before = sum(len(self.folds[place]) for place in active)
+        for place in active:
+            self.poses[place] += least[place] * displacement
+            self.folds[place] = self.surface.visible_folds(self.poses[place])
+        after = sum(len(self.folds[place]) for place in active)
+        self.taken.append(([*pair], displacement))
+        self.events = [one for one in self.events if one[1] in self.folds[one[0]]]
+        return before / len(least), after / len(least)
+
+    def corrective(self, pair: tuple[int, int]) -> Points | None:
+        """(V, 3) what undoes folds of a pair, None where that is too little or adds damage."""
+        columns, least = [*pair], self.frames[:, pair].min(axis=1)
+        judged = {
+            place: _Scene(self.poses[place], least[place], self.folds[place])
+            for place in np.flatnonzero(least > 0)
+        }
+        own = np.unique([place for place, _, by in self.events if {*pair} <= {*by}])
+        own = own[least[own] > ACTIVE]
+        fitted = [judged[place] for place in own[spread_rows(len(own), _FITTED)]]
+        grid = []
+        for weights in product(_GRID, _GRID):
+            row = np.zeros(len(self.rig.names))
+            row[columns] = weights
+            pose = self._pose(row)
+            grid.append(_Scene(pose, min(weights), self.surface.visible_folds(pose)))
+        for scenes in (grid + fitted, fitted):
+            displacement = self.fitter.fit(scenes)
+            far = float(np.linalg.norm(displacement, axis=1).max())
+            displacement *= min(1.0, LARGEST * self.surface.diameter / max(far, 1e-300))
+            if self._gain([*judged.values()], displacement) >= _LEAST and not self._adds(
+                [*judged.values()], displacement
+            ):
+                return displacement
+        return None
+
+    def _pose(self, row: NDArray[np.float64]) -> Points:
         """The rig with what was taken."""
         points = self.rig.pose(row)
         for drivers, displacement in self.taken:
             points += max(0.0, row[drivers].min()) * displacement
         return points
 
-    def next(self) -> tuple[tuple[str, str], Points, FoldRow] | None:
-        """The next corrective that is worth it, which is taken; None where no pair has one."""
-        while (pair := self._pair()) is not None:
-            self.tried.add(pair)
-            found = self._corrective(pair)
-            if found is None:
-                continue
-            displacement, row = found
-            self._take(pair, displacement)
-            return (self.rig.names[pair[0]], self.rig.names[pair[1]]), displacement, row
-        return None
-
-    def _take(self, pair: tuple[int, int], displacement: Points) -> None:
-        """Move the frames by a corrective, and forget what it mends."""
-        self.taken.append(([*pair], displacement))
-        for place in np.flatnonzero(self.frames[:, pair].min(axis=1) > 0):
-            pose = self.posed.poses[place]
-            pose += self.frames[place, pair].min() * displacement
-            self.posed.rows[place] = self.surface.visible_folds(pose)
-        self.events = [one for one in self.events if one.row in self.posed.rows[one.frame]]
-
-    def _pair(self) -> tuple[int, int] | None:
-        if not len(self.frames):
-            return next((pair for pair in self.order if pair not in self.tried), None)
-        counts = Counter(pair for event in self.events for pair in event.pairs)
-        left = [(counts[pair], pair) for pair in counts if pair not in self.tried]
-        most, pair = max(left, default=(0, None))
-        return pair if most >= _LEAST else None
-
-    def _corrective(self, pair: tuple[int, int]) -> tuple[Points, FoldRow] | None:
-        columns, surface = [*pair], self.surface
-        grid = np.zeros((len(_GRID) ** 2, len(self.rig.names)))
-        grid[:, columns] = [*product(_GRID, _GRID)]
-        weights = grid[:, columns].min(axis=1).tolist()
-        judged = scenes = _Scenes.of(surface, [self.pose(row) for row in grid], weights)
-        tries = [scenes]
-        if len(self.frames):
-            least = self.frames[:, columns].min(axis=1)
-            judged = replace(self.posed, weights=least.tolist()).only(np.flatnonzero(least > 0))
-            own = np.unique([event.frame for event in self.events if pair in event.pairs])
-            own = own[self.frames[own][:, columns].min(axis=1) > ACTIVE] if len(own) else own
-            own = own[spread_rows(len(own), _FITTED)]
-            fitted = replace(self.posed, weights=least.tolist()).only(own)
-            tries = [scenes + fitted, fitted]
-        best: tuple[int, Points] | None = None
-        for one in tries:
-            displacement = None if best else self.fitter.fit(one)
-            if displacement is None:
-                continue
-            far = float(np.linalg.norm(displacement, axis=1).max())
-            displacement *= min(1.0, LARGEST * surface.diameter / max(far, 1e-300))
-            for share in _SHARES:
-                gain = self._gain(judged, share * displacement)
-                if gain < _LEAST:
-                    break
-                if not self._adds(judged, share * displacement):
-                    best = gain, share * displacement
-                    break
-        if best is None:
-            return None
-        gain, displacement = best
-        total = len(self.frames) or len(judged.poses)
-        far = np.linalg.norm(displacement, axis=1)
-        row = FoldRow(
-            tuple(self.rig.names[i] for i in pair), judged.folds / total,
-            (judged.folds - gain) / total, float(far.max()), float(far.max()) / surface.diameter,
-            int((far > 0).sum()),
-        )  # fmt: skip
-        return displacement, row
-
-    def _gain(self, scenes: _Scenes, displacement: Points) -> int:
+    def _gain(self, scenes: Sequence[_Scene], displacement: Points) -> int:
         """How many visible folds fewer there are."""
         surface, gain = self.surface, 0
-        patch = surface.patch(np.flatnonzero(surface.reached(np.any(displacement, axis=1))))
-        upright = ~surface.folded_at_rest[patch.rows]
-        for pose, m, rows in zip(scenes.poses, scenes.weights, scenes.rows, strict=True):
+        reached = surface.reached(np.any(displacement, axis=1))
+        near = np.flatnonzero(reached & ~surface.folded_at_rest)
+        for pose, m, rows in scenes:
             points = pose + m * displacement
-            left = patch.rows[patch.folded(points) & upright]
-            gain += int(np.isin(rows, patch.rows).sum() - surface.seen(points, left).sum())
+            left = near[surface.folded(points, near)]
+            gain += int(reached[rows].sum() - surface.seen(points, left).sum())
         return gain
 
-    def _adds(self, scenes: _Scenes, displacement: Points) -> bool:
+    def _adds(self, scenes: Sequence[_Scene], displacement: Points) -> bool:
         """Whether a displacement adds edges that turn back, or vertices behind what they face."""
         surface, contacts = self.surface, self.contacts
         rows = np.flatnonzero(displacement[contacts.vertices].any(axis=1))
         crossing, turned = np.zeros((2, 2), dtype=np.int64)
-        for place in spread_rows(len(scenes.poses), _CHECKED):
-            pose, m = scenes.poses[place], scenes.weights[place]
+        for place in spread_rows(len(scenes), _CHECKED):
+            pose, m, _ = scenes[place]
             for when, points in enumerate((pose, pose + m * displacement)):
                 turned[when] += self._turned_back(points)
-                depth, passes = contacts.depths(points, surface.normals(points), rows)
+                depth, passes = contacts.depths(points, rows)
                 crossing[when] += (depth[passes] > DEEP * surface.diameter).sum()
         return bool(turned[1] > turned[0] or crossing[1] > crossing[0])
 
     def _turned_back(self, points: Points) -> int:
         across = crosses(points, self.surface.triangles)
         return int((dot(across[self.edges[:, 0]], across[self.edges[:, 1]]) < 0).sum())
-
-
-def _mending(
-    frame: NDArray[np.float64], sliders: tuple[int, ...], reached: Mask
-) -> tuple[tuple[int, int], ...]:
-    """Pairs of sliders whose meeting can mend a fold that takes some, active in a frame.
-
-    Of the sliders it takes; where that is one, that and another which moves the triangle.
-    """
-    if len(sliders) > 1:
-        return tuple(combinations(sliders, 2))
-    others = np.flatnonzero((frame > max(ACTIVE, frame[sliders[0]] / 2)) & reached)
-    first = sliders[0]
-    return tuple((min(first, o), max(first, o)) for o in others.tolist() if o != first)

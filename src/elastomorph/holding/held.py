@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastomorph.errors import ParameterError
-from elastomorph.holding.correction import Correction, with_morph
-from elastomorph.holding.folds import fold_correctives
+from elastomorph.holding.correction import Correction
+from elastomorph.holding.folds import fold_corrections
 from elastomorph.holding.lids import lid_corrections
 from elastomorph.model.morph import Morph
 from elastomorph.numbers import as_number
@@ -47,14 +47,16 @@ def hold(
             sliders drawn at random.
         lids: Let lids meet that several sliders shut together: two correctives an eye, 0 as long as
             the eye is open.
-        folds: Most correctives that undo folds of the skin where two sliders meet. None by default,
-            for the eye gains little.
+        folds: Most correctives that undo folds of the skin where two sliders meet in the first half
+            of a take, so that the second can tell what was gained. None by default, for the eye
+            gains little.
 
     Returns:
         The rig, and what was added.
 
     Raises:
-        ParameterError: No rig, a take that is none, or nothing that could be held.
+        ParameterError: No rig, a take that is none, folds without a take, or nothing that could be
+            held.
     """
     if not isinstance(rig, Rig):
         raise ParameterError(f"what is held is a Rig, found {type(rig).__name__}")
@@ -63,6 +65,8 @@ def hold(
     for take in given:
         if not isinstance(take, Performance):
             raise ParameterError(f"takes are performances, found {type(take).__name__}")
+    if most and not given:
+        raise ParameterError("folds are found in takes: give one, or leave folds at 0")
     rows: list[Correction] = []
 
     def add(found: Iterator[tuple[Correction, Morph | None]]) -> None:
@@ -71,7 +75,9 @@ def hold(
             rows.append(row)
             if morph is not None:
                 law = Corrective(row.drivers, row.law, row.numbers)
-                rig = with_morph(rig, row.name, morph, law)
+                laws = {**rig.sliders.correctives, row.name: law}
+                morphs = {**rig.morphs, row.name: morph}
+                rig = Rig(rig.neutral, morphs, correctives=laws, groups=rig.sliders.groups)
 
     # Correctives that are added drive nothing, so the sliders and their weights stay.
     weights = [slider_weights(rig, take, clip=False) for take in given]
@@ -79,28 +85,5 @@ def hold(
     if lids:
         add(lid_corrections(rig, table))
     if most:
-        add(_fold_corrections(rig, int(most), given))
+        add(fold_corrections(rig, int(most), given))
     return Held(rig, tuple(rows))
-
-
-def _fold_corrections(
-    rig: Rig, most: int, takes: list[Performance]
-) -> Iterator[tuple[Correction, Morph | None]]:
-    weights = [slider_weights(rig, take, clip=True) for take in takes]
-    for name, morph, law, row in fold_correctives(rig, most, takes):
-        if name in rig:  # of a rig that was held before
-            yield Correction(name, note=f"{name} is there already, and kept"), None
-            continue
-        columns = [rig.names.index(driver) for driver in law.drivers]
-        yield (
-            Correction(
-                name,
-                law.drivers,
-                law.law,
-                before=row.before,
-                after=row.after,
-                frames=sum(int((own[:, columns].min(axis=1) > 0).sum()) for own in weights),
-                targets=1,
-            ),
-            morph,
-        )

@@ -73,6 +73,17 @@ def sides_of(triangles: NDArray[np.integer]) -> NDArray[np.int64]:
     return np.concatenate(sides).astype(np.int64)
 
 
+def neighbours(triangles: NDArray[np.integer]) -> NDArray[np.int64]:
+    """(P, 2) triangles on both sides of each side that two have, and no third, of (T, 3)."""
+    sides = np.sort(sides_of(triangles), axis=1)
+    _, side, uses = np.unique(
+        sides @ [triangles.max(initial=0) + 1, 1], return_inverse=True, return_counts=True
+    )
+    two = np.flatnonzero(uses[side] == 2)
+    pairs = two[np.argsort(side[two], kind="stable")].reshape(-1, 2)
+    return np.asarray(pairs % max(len(triangles), 1))
+
+
 def connected_parts(count: int, edges: NDArray[np.integer]) -> list[NDArray[np.int64]]:
     """Rising vertices of each connected component, in the order of their first vertices."""
     part_of = component_of(count, edges)

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.model.geometry import component_of, sides_of
+from elastomorph.model.geometry import component_of, neighbours
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.model.surface import closest_weights
@@ -69,11 +69,7 @@ class Sheets:
 
         triangles = neutral.faces.triangles().astype(np.int64)
         total = len(neutral.vertices)
-        sides = np.sort(sides_of(triangles), axis=1) @ [total, 1]
-        _, side, uses = np.unique(sides, return_inverse=True, return_counts=True)
-        two = np.flatnonzero(uses[side] == 2)
-        pairs = two[np.argsort(side[two], kind="stable")].reshape(-1, 2)
-        sheet = component_of(len(triangles), pairs % max(len(triangles), 1))
+        sheet = component_of(len(triangles), neighbours(triangles))
         part = component_of(total, around.edges)[triangles[:, 0]]
         rising = np.argsort(np.bincount(sheet)[sheet], kind="stable")
         largest = np.zeros(total, dtype=np.int64)
@@ -140,11 +136,11 @@ def passing(
         """Depth, squared distance, (R, 3) corners of the triangle and weights of its corners."""
         vertex, around = vertices[rows], patches[rows]
         off = points[around.indices] - np.repeat(points[vertex], np.diff(around.indptr), axis=0)
-        fans = at_vertex[around.indices[_least(_square(off), around.indptr[:-1])]]
+        fans = at_vertex[around.indices[least_places(_square(off), around.indptr[:-1])]]
         vertex, corners = np.repeat(vertex, np.diff(fans.indptr)), triangles[fans.indices]
         shares = closest_weights(points[vertex], points[corners])
         depth, square = _behind(points, _normals(points, triangles), vertex, corners, shares)
-        best = _least(square, fans.indptr[:-1])
+        best = least_places(square, fans.indptr[:-1])
         return depth[best], square[best], corners[best], shares[best]
 
     for time in _TIMES:
@@ -173,7 +169,6 @@ def passing(
 def _facing(morph: Morph, sheets: Sheets, least: float) -> tuple[Indices, Indices]:
     """(M,) vertices that may pass by a length, and what they or those beside them face."""
     from scipy.sparse import csr_array
-    from scipy.spatial import cKDTree
 
     start, end, ring = morph.neutral.vertices, morph.target.vertices, sheets.ring
     none = np.zeros(0, dtype=np.int64)
@@ -188,18 +183,11 @@ def _facing(morph: Morph, sheets: Sheets, least: float) -> tuple[Indices, Indice
         low, high = points[bent].min(axis=0) - near, points[bent].max(axis=0) + near
         inside = ((points >= low) & (points <= high)).all(axis=1) & (sheets.numbers >= 0)
         normals = _normals(points, sheets.triangles[inside[sheets.triangles].any(axis=1)])
-        # Close in place and in normal, reversed, and of the same sheet: one distance for all.
-        sheet = 2.0 * near * sheets.numbers[:, None]
-        some = np.flatnonzero(inside)
-        tree = cKDTree(np.hstack([points, near * normals, sheet])[some], balanced_tree=False)
-        reversed_ = np.hstack([points, -near * normals, sheet])[bent]
-        distance, close = tree.query(reversed_, k=_CANDIDATES, distance_upper_bound=near)
-        close = np.append(some, 0)[close]
-        gap = points[close] - points[bent, None]
-        front = np.isfinite(distance) & (np.einsum("bci,bi->bc", gap, normals[bent]) > 0)
-        row, column = (front & (np.einsum("bci,bci->bc", gap, normals[close]) < 0)).nonzero()
-        first.append(bent[row])
-        other.append(close[row, column])
+        rows, found = facing(
+            points, normals, sheets, np.flatnonzero(inside), bent, near, _CANDIDATES
+        )
+        first.append(rows)
+        other.append(found)
     pair = np.concatenate(first + other), np.concatenate(other + first)
     pairs = csr_array((np.ones(len(pair[0])), pair), ring.shape)
     for _ in range(_VERTEX_RINGS):
@@ -208,13 +196,42 @@ def _facing(morph: Morph, sheets: Sheets, least: float) -> tuple[Indices, Indice
     if not len(vertices):
         return none, none
     begins = np.flatnonzero(np.diff(vertices, prepend=-1))
-    closest = _least(_square(start[vertices] - start[faced]), begins)
+    closest = least_places(_square(start[vertices] - start[faced]), begins)
     vertices, faced = vertices[closest], faced[closest]
     apart = reach(morph, morph.bends[:, vertices] - morph.bends[:, faced])
     gap, change = ((shape[faced] - shape[vertices]) for shape in (start, end - start))
     gaps = np.sqrt([_square(gap + time * change) for time in (0.0, *_TIMES, 1.0)])
     kept = (apart > least) & (gaps.min(axis=0) < apart + _SLACK * edge)
     return vertices[kept], faced[kept]
+
+
+def facing(
+    points: Points,
+    normals: Points,
+    sheets: Sheets,
+    some: Indices,
+    asked: Indices,
+    near: float,
+    candidates: int,
+) -> tuple[Indices, Indices]:
+    """(N,) vertices of those asked for, and (N,) what each faces among the nearest of some.
+
+    Each is in front of the other, on the same sheet and closer than a distance.
+    """
+    from scipy.spatial import cKDTree
+
+    # Close in place and in normal, reversed, and of the same sheet: one distance for all.
+    sheet = 2.0 * near * sheets.numbers[:, None]
+    tree = cKDTree(np.hstack([points, near * normals, sheet])[some], balanced_tree=False)
+    reversed_ = np.hstack([points, -near * normals, sheet])[asked]
+    distance, close = tree.query(
+        reversed_, k=[*range(1, candidates + 1)], distance_upper_bound=near
+    )
+    close = np.append(some, 0)[close]
+    gap = points[close] - points[asked, None]
+    front = np.isfinite(distance) & (np.einsum("bci,bi->bc", gap, normals[asked]) > 0)
+    row, column = (front & (np.einsum("bci,bci->bc", gap, normals[close]) < 0)).nonzero()
+    return asked[row], close[row, column]
 
 
 def _behind(
@@ -241,7 +258,7 @@ def _square(vectors: Points) -> Points:
     return np.asarray(np.einsum("ni,ni->n", vectors, vectors))
 
 
-def _least(values: Points, begins: NDArray[np.integer]) -> Indices:
+def least_places(values: Points, begins: NDArray[np.integer]) -> Indices:
     """(R,) the place of the least value of each row, the first of several."""
     sizes = np.diff(np.append(begins, len(values)))
     places = np.flatnonzero(values == np.repeat(np.minimum.reduceat(values, begins), sizes))

@@ -1,0 +1,166 @@
+"""``elastomorph hold``: an eye whose lids pass each other, held in files of every kind."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from calls import status_of as run
+
+import elastomorph as em
+from elastomorph.bending.gltf import KEYS_TOLERANCE
+from elastomorph.io.gltf.accessors import read_floats
+from elastomorph.io.gltf.container import open_gltf
+from elastomorph.rig.laws import Corrective
+from foreign_files import chunks_of, glb, write_foreign_glb
+from small_eye import MOVES, eye
+
+HINGES = ["hold_eyeBlinkLeft_1", "hold_eyeBlinkLeft_2"]
+TIMES = np.array([0.0, 1.0, 2.5])
+WEIGHTS = np.array([[0, 0, 0], [1, 1, 0], [0.7, 0.2, 0.9]])
+
+
+@pytest.fixture
+def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The eye as other programs write it, with a clip; the program runs in its folder."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "120")
+    document, blob = chunks_of(write_foreign_glb(tmp_path / "eye.glb", eye(**MOVES)))
+    samplers = {}
+    for name, values in (("input", TIMES), ("output", WEIGHTS.ravel())):
+        content = values.astype("<f4").tobytes()
+        document["bufferViews"].append(
+            {"buffer": 0, "byteOffset": len(blob), "byteLength": len(content)}
+        )
+        accessor = {"bufferView": len(document["bufferViews"]) - 1, "componentType": 5126,
+                    "count": values.size, "type": "SCALAR"}  # fmt: skip
+        if name == "input":
+            accessor |= {"min": [0.0], "max": [float(TIMES[-1])]}
+        samplers[name] = len(document["accessors"])
+        document["accessors"].append(accessor)
+        blob += content
+    document["buffers"][0]["byteLength"] = len(blob)
+    node = next(number for number, own in enumerate(document["nodes"]) if "mesh" in own)
+    channel = {"sampler": 0, "target": {"node": node, "path": "weights"}}
+    document["animations"] = [{"channels": [channel], "samplers": [samplers]}]
+    (tmp_path / "eye.glb").write_bytes(glb(document, blob))
+    return tmp_path / "eye.glb"
+
+
+def test_a_dry_run_says_what_would_be_added(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("hold", "eye.glb", "--dry-run") == 0
+    said = capsys.readouterr().out
+    for words in (*HINGES, "hinge", "2 morph targets are added", "nothing was written"):
+        assert words in said
+    assert run("hold", "eye.glb", "--dry-run", "--json") == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert [own["name"] for own in facts["corrections"]] == HINGES
+    assert facts["written"] is None
+    assert facts["targets"] == facts["targets_before"] + 2 == 5
+    assert list(file.parent.iterdir()) == [file]
+
+
+def test_a_file_is_held_in_place_and_given_back(
+    file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = file.read_bytes()
+    assert run("hold", "eye.glb", "-o", "held.glb") == 0
+    assert "written: held.glb" in capsys.readouterr().out
+    written = em.read_rig("held.glb")
+    expected = em.hold(em.read_rig("eye.glb", method="linear")).rig
+    assert written.names == expected.names
+    for face in ({"eyeBlinkLeft": 1.0}, {"eyeBlinkLeft": 0.9, "eyeSquintLeft": 0.8}):
+        np.testing.assert_allclose(written.pose(face), expected.pose(face), atol=1e-5)
+    assert run("unbend", "held.glb", "-o", "back.glb") == 0
+    assert chunks_of(Path("back.glb")) == chunks_of(file)
+    assert file.read_bytes() == before
+    capsys.readouterr()
+    assert run("hold", "held.glb", "-o", "again.glb") == 0
+    said = capsys.readouterr().out
+    assert "eyeBlinkLeft is held already, and kept" in said
+    assert "nothing is added" in said
+    assert not Path("again.glb").exists()
+
+
+def test_clips_drive_correctives_by_their_law(file: Path) -> None:
+    """No vertex is farther from where the law leads it than the tolerance of keys says."""
+    assert run("hold", "eye.glb", "-o", "held.glb") == 0
+    held, rig = open_gltf("held.glb"), em.read_rig("held.glb")
+    (animation,) = held.document["animations"]
+    (sampler,) = animation["samplers"]
+    times = read_floats(held, sampler["input"], 1, "a test")[:, 0]
+    values = read_floats(held, sampler["output"], 1, "a test").reshape(len(times), 5)
+    moments = np.linspace(0, TIMES[-1], 1001)
+    sliders = np.stack([np.interp(moments, TIMES, own) for own in WEIGHTS.T], axis=1)
+    played = np.stack([np.interp(moments, times, own) for own in values.T], axis=1)
+    np.testing.assert_allclose(played[:, :3], sliders, atol=1e-6)
+    off = np.zeros(len(moments))
+    for column, name in enumerate(HINGES, start=3):
+        law = rig.sliders.correctives[name]
+        gains = [dict(zip(law.drivers, law.numbers, strict=True)).get(n, 0.0) for n in rig.names]
+        hinge = np.maximum(sliders @ gains - 1, 0)
+        assert hinge.max() > 0.1
+        off += np.linalg.norm(rig[name].delta, axis=1).max() * np.abs(played[:, column] - hinge)
+    assert off.max() <= 1.1 * KEYS_TOLERANCE * rig.neutral.diameter
+
+
+def test_a_folder_is_held_as_an_export(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rig = em.read_rig(file)
+    Path("faces").mkdir()
+    em.write("faces/neutral.obj", rig.neutral)
+    for name in rig.names:
+        em.write(f"faces/{name}.obj", rig[name].target)
+    assert run("hold", "faces", "-o", "held.glb", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["written"] == "held.glb"
+    assert list(em.read_rig("held.glb").sliders.correctives) == HINGES
+    assert run("hold", "eye.glb", "-o", "held.npz") == 0
+    assert list(em.read_rig("held.npz").sliders.correctives) == HINGES
+
+
+def test_a_take_says_in_how_many_frames(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("take.csv").write_text(
+        "Timecode,BlendShapeCount,EyeBlinkLeft,EyeSquintLeft\n"
+        "00:00:00:00.000,2,1,1\n00:00:00:01.000,2,1,0\n00:00:00:02.000,2,0,1\n"
+    )
+    assert run("hold", "eye.glb", "--take", "take.csv", "--dry-run", "--json") == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert [own["frames"] for own in facts["corrections"]] == [1, 1]
+
+
+@pytest.mark.parametrize(
+    ("words", "problem"),
+    [
+        ((), "say where to write the rig that is held"),
+        (("--dry-run", "--only", "nonsense"), "--only is lids or folds, found 'nonsense'"),
+        (("--dry-run", "--only", "folds"), "say how many correctives at most"),
+        (("--dry-run", "--only", "lids", "--folds", 3), "--folds has no effect"),
+        (("--dry-run", "--folds", 3), "folds are found in takes: give one"),
+        (("-o", "held.glb", "--take", "none.csv"), "none.csv"),
+    ],
+)
+def test_what_is_asked_for_must_make_sense(
+    file: Path, capsys: pytest.CaptureFixture[str], words: tuple[object, ...], problem: str
+) -> None:
+    assert run("hold", "eye.glb", *words) != 0
+    said = " ".join(capsys.readouterr().err.split())
+    assert problem in said
+    assert "Traceback" not in said
+    assert list(file.parent.iterdir()) == [file]
+
+
+def test_a_rig_without_a_blink_is_refused(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write_foreign_glb(file, eye(eyeSquintLeft=(0.0, 0.1)))
+    assert run("hold", "eye.glb", "-o", "held.glb") != 0
+    assert "no slider that shuts an eye" in " ".join(capsys.readouterr().err.split())
+    assert list(file.parent.iterdir()) == [file]
+
+
+def test_correctives_that_are_there_are_kept(file: Path) -> None:
+    rig = em.read_rig(file, method="linear")
+    product = Corrective(("eyeBlinkLeft", "eyeSquintLeft"))
+    morphs = {**rig.morphs, "both": rig["eyeWideLeft"]}
+    em.write("both.glb", em.Rig(rig.neutral, morphs, correctives={"both": product}))
+    assert run("hold", "both.glb", "-o", "held.glb") == 0
+    assert em.read_rig("held.glb").sliders.correctives["both"] == product
