@@ -175,6 +175,8 @@ def test_a_path_made_anew_meets_those_that_stay(rig: em.Rig) -> None:
 def test_a_part_of_a_rig_keeps_the_pair_bends_within(rig: em.Rig) -> None:
     assert list(rig.only(["mouthClose", "jawOpen"]).morphs) == ["mouthClose", "jawOpen", NAME]
     assert list(rig.only(["jawOpen"]).morphs) == ["jawOpen"]
+    with pytest.raises(em.ParameterError):
+        rig.only([NAME])
 
 
 def test_what_others_drive_has_no_pair_bend() -> None:

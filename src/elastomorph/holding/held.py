@@ -12,7 +12,7 @@ from elastomorph.holding.correction import Correction
 from elastomorph.holding.folds import fold_corrections
 from elastomorph.holding.lids import lid_corrections
 from elastomorph.model.morph import Morph
-from elastomorph.numbers import as_number
+from elastomorph.numbers import is_whole
 from elastomorph.rig import Rig
 from elastomorph.rig.laws import Corrective
 from elastomorph.rig.performance.performance import Performance, slider_weights
@@ -60,12 +60,13 @@ def hold(
     """
     if not isinstance(rig, Rig):
         raise ParameterError(f"what is held is a Rig, found {type(rig).__name__}")
-    most = as_number(folds, "the number of folds", least=0)
+    if not is_whole(folds) or folds < 0:
+        raise ParameterError(f"the number of folds must be a whole number from 0, found {folds!r}")
     given = [takes] if isinstance(takes, Performance) else list(takes or [])
     for take in given:
         if not isinstance(take, Performance):
             raise ParameterError(f"takes are performances, found {type(take).__name__}")
-    if most and not given:
+    if folds and not given:
         raise ParameterError("folds are found in takes: give one, or leave folds at 0")
     rows: list[Correction] = []
 
@@ -84,6 +85,6 @@ def hold(
     table = np.concatenate(weights) if weights else None
     if lids:
         add(lid_corrections(rig, table))
-    if most:
-        add(fold_corrections(rig, int(most), given))
+    if folds:
+        add(fold_corrections(rig, folds, given))
     return Held(rig, tuple(rows))

@@ -192,7 +192,7 @@ class Rig:
         if isinstance(names, str) or not isinstance(names, Iterable):
             raise ParameterError(f"names are a list of morphs, found {names!r}")
         for name in names:
-            self.sliders.require(name, self.sliders.morphs)
+            self.sliders.require(name, tuple(self.targets))
         pairs = self.pair_bends(set(self.morphs).difference(names))
         kept = {name: self.morphs[name] for name in (*names, *pairs)}
         return Rig(self.neutral, kept, correctives=pairs)
