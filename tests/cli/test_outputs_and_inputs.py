@@ -39,6 +39,7 @@ CALLS = [
     (["unbend", "ours.glb", "-o", "{}"], "ours.glb"),
     (["blend", "character/elastomorph.toml", "-w", "smile=1", "-o", "{}"], "character/smile.obj"),
     (["export", "face", "--settings", "own.toml", "-o", "{}"], "own.toml"),
+    (["hold", "ours.glb", "-o", "{}"], "ours.glb"),
     (["animate", "ours.glb", "take.csv", "-o", "{}"], "ours.glb"),
     (["animate", "ours.glb", "take.csv", "--picture", "{}"], "take.csv"),
     (["track", "ours.glb", "motion.npz", "-o", "{}"], "motion.npz"),

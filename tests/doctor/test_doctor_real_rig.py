@@ -214,8 +214,8 @@ def test_a_face_whose_jaw_enlarges_it_is_one_rig(data_dir: Path, tmp_path: Path)
     """FaceCap, from FBX and from OBJ: no errors, and nothing to repair."""
     rig = read_rig(data_dir / "facecap" / "FaceCapHeadGeneric.fbx")
     write(tmp_path / "neutral.obj", rig.neutral)
-    for name, morph in rig.morphs.items():
-        write(tmp_path / f"{name}.obj", morph.target)
+    for name, target in rig.targets.items():
+        write(tmp_path / f"{name}.obj", target)
     for found in (examine_rig(rig, file="FaceCap"), examine_files([tmp_path])):
         assert found.count("error") == 0
         assert not found.repaired

@@ -367,7 +367,7 @@ def test_the_document_has_every_field(face: Mesh, rig: dict[str, Mesh]) -> None:
     rig[SMILE] = spiked(rig[SMILE])
     document = as_document(examined(face, rig))
     assert set(document) == {
-        "neutral", "targets", "facts", "symmetric", "counts", "findings", "repair"
+        "neutral", "targets", "facts", "symmetric", "counts", "findings", "meetings", "repair"
     }  # fmt: skip
     assert document["counts"] == {"error": 0, "warning": 1, "note": 0}
     (entry,) = document["findings"]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from folded_sheets import SIDE, moved, sheet
 from numpy.typing import NDArray
-from sheets import SIDE, moved, sheet
 
 import elastomorph as em
 from elastomorph.holding.damage import Surface, folds_by_sliders, rank_meetings

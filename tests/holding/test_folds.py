@@ -6,8 +6,8 @@ from itertools import product
 
 import numpy as np
 import pytest
+from folded_sheets import moved, sheet
 from numpy.typing import NDArray
-from sheets import moved, sheet
 
 import elastomorph as em
 from elastomorph.holding.damage import Surface
