@@ -298,7 +298,6 @@ def _describe(
         bends = stored.get("bends", [])
         kept = [placed(bend) for bend in bends if not _lost(bend, own, mesh, file, pairs)]
         morphs.append(placed(stored) | {"bends": kept})
-    every = [one for morph in morphs for one in (morph, *morph["bends"])]
     known = {morph["name"] for morph in morphs}
     more = {k: v for k, v in own.stored.items() if k not in ("morphs", "version")}
     for kind, inner in (("correctives", "drivers"), ("groups", "members")):
@@ -307,11 +306,7 @@ def _describe(
             lists = zip(more[kind], of, strict=True)
             more[kind] = [one for one, n in lists if known.issuperset([*one.get(inner, []), *n])]
     extras["elastomorph"] = {
-        "version": least_version(
-            more.get("correctives", []),
-            folds=any("fold" in morph for morph in morphs),
-            indices=any("index" in one for one in every),
-        ),
+        "version": least_version(morphs, more.get("correctives", [])),
         "morphs": morphs,
         **more,
     }

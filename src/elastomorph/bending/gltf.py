@@ -373,12 +373,7 @@ def bend_gltf(
     """Bend a .glb, .vrm or .gltf file; without an output, only say what would come of it."""
     if compress:
         require_meshopt()
-    say(f"reading {path}")
-    with of_bounded_depth(path):
-        file = open_gltf(path)
-        character = Character.of(file)
-    if output is not None:
-        require_output(character, output)
+    file, character = _opened(path, output, say)
     face = Face.read(character.file)
     held = _whole_rig(file) if character.was_bent else face.rig
     shapes = [n for n, m in held.morphs.items() if n not in face.rig and not is_pair_bend(m)]
@@ -429,12 +424,7 @@ def hold_gltf(
         keys_tolerance: As for `bend_gltf`.
         say: Told what is being done.
     """
-    say(f"reading {path}")
-    with of_bounded_depth(path):
-        file = open_gltf(path)
-        character = Character.of(file)
-    if output is not None:
-        require_output(character, output)
+    file, character = _opened(path, output, say)
     face = Face.read(character.file, bent=True)
     rig = _whole_rig(file)
     more = held(rig)
@@ -452,6 +442,19 @@ def hold_gltf(
         edit.add_bends(say)
         edit.add_clips(KEYS_TOLERANCE if keys_tolerance is None else keys_tolerance, say)
         return edit.written(output, say)
+
+
+def _opened(
+    path: str | Path, output: str | Path | None, say: Callable[[str], None]
+) -> tuple[GltfFile, Character]:
+    """A file and the character in it, which may be written to the output."""
+    say(f"reading {path}")
+    with of_bounded_depth(path):
+        file = open_gltf(path)
+        character = Character.of(file)
+    if output is not None:
+        require_output(character, output)
+    return file, character
 
 
 def _whole_rig(file: GltfFile) -> Rig:

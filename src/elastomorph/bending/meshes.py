@@ -595,9 +595,6 @@ class MeshEdit:
         ]
         driven = {name: law for name, (_, law) in self._driven.items()}
         correctives = [*self._mesh.stored.get("correctives", []), *corrective_entries(driven)]
-        version = least_version(
-            correctives, folds=bool(columns.folds), indices=any("index" in own for own in morphs)
-        )
         nodes = (n for n in self._document.get("nodes", []) if isinstance(n, dict))
         for holder in (self._entry, *(n for n in nodes if n.get("mesh") == self._mesh.number)):
             if "weights" in holder:
@@ -609,7 +606,7 @@ class MeshEdit:
                 holder["extras"].pop("elastomorph", None)  # programs read it over that of the mesh
         extras["elastomorph"] = {
             **self._mesh.stored,
-            "version": version,
+            "version": least_version(morphs, correctives),
             "morphs": morphs,
             **({"correctives": correctives} if correctives else {}),
         }

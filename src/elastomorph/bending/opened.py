@@ -258,7 +258,7 @@ def _with_sliders(document: dict[str, Any], face: Face, rig: Rig) -> dict[str, A
     for group in groups if not wholes else []:
         _holder(face, holders, {*group["members"]})["groups"].append(group)
     for number, entry in holders.items():
-        entry["version"] = max(entry["version"], least_version(entry["correctives"]))
+        entry["version"] = max(entry["version"], least_version([], entry["correctives"]))
         extras = {**meshes[number].get("extras", {}), "elastomorph": entry}
         meshes[number] = {**meshes[number], "extras": extras}
     return {**document, "meshes": meshes}

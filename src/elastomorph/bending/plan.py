@@ -339,15 +339,15 @@ def make_plan(
         if gains[name] > tolerance:
             options[name] = ways(morph, tolerance * scale, fold=fold)
     chosen = {name: len(own) - 1 for name, own in options.items()}
+    pairs = rig.pair_bends()
     if max_targets is not None:
         room = _Room.of(rig, as_number(max_targets, "the most targets", least=0), meshes)
-        chosen = room.filled(options, rig.pair_bends())
+        chosen = room.filled(options, pairs)
     bent, left_out = list[BentMorph](), list[BentMorph]()
     for name, own in options.items():
         nothing = chosen[name] == 0 and own[0].fold is None
         way = own[-1 if nothing else chosen[name]].within(tolerance * scale)
-        law = rig.pair_bends().get(name)
-        found = _bent(name, rig.morphs[name], way, gains[name], scale, law)
+        found = _bent(name, rig.morphs[name], way, gains[name], scale, pairs.get(name))
         (left_out if nothing else bent).append(found)
     return Plan(rig, extent, tuple(bent), tuple(left_out))
 

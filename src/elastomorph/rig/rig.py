@@ -191,8 +191,9 @@ class Rig:
         """
         if isinstance(names, str) or not isinstance(names, Iterable):
             raise ParameterError(f"names are a list of morphs, found {names!r}")
+        known = tuple(self.targets)
         for name in names:
-            self.sliders.require(name, tuple(self.targets))
+            self.sliders.require(name, known)
         pairs = self.pair_bends(set(self.morphs).difference(names))
         kept = {name: self.morphs[name] for name in (*names, *pairs)}
         return Rig(self.neutral, kept, correctives=pairs)

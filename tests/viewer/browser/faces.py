@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import copy
 import io
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,6 +104,17 @@ def glb(rig: Rig, take: Performance | None = None, *, clips: bool = False) -> by
     played = None if take is None else (take.times, slider_weights(rig, take), "a take")
     write_glb(file, rig, normals="none", animation=played, clips=clips)
     return file.getvalue()
+
+
+def twice(document: dict[str, Any]) -> None:
+    """Show the mesh of a document by two, each of which describes the whole, in another order."""
+    mesh = document["meshes"][0]
+    del mesh["extras"]["elastomorph"]["surface"]
+    other = copy.deepcopy(mesh)
+    other["extras"]["elastomorph"]["morphs"].reverse()
+    document["meshes"].append(other)
+    document["nodes"].append({"mesh": 1, "name": "other"})
+    document["scenes"][0]["nodes"].append(1)
 
 
 def distances(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import copy
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from faces import distances, glb
+from faces import distances, glb, twice
 from takes import open_files
 from test_grab import assert_solved, telling
 from test_positions import rewritten
@@ -97,15 +96,6 @@ def test_poses_of_every_law(visit: Visit) -> None:
 def test_meshes_of_one_face_join_their_pair_bends(visit: Visit) -> None:
     """Each of two meshes describes the whole of it, in another order."""
     rig = lawful()
-
-    def twice(document: dict[str, Any]) -> None:
-        mesh = document["meshes"][0]
-        del mesh["extras"]["elastomorph"]["surface"]
-        other = copy.deepcopy(mesh)
-        other["extras"]["elastomorph"]["morphs"].reverse()
-        document["meshes"].append(other)
-        document["nodes"].append({"mesh": 1, "name": "other"})
-        document["scenes"][0]["nodes"].append(1)
 
     page = visit(scene(rewritten(glb(rig), twice)), size=SMALL)
     pose = {"jawOpen": 0.8, "mouthClose": 0.7, "mouthSmile_L": 0.6}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import json
 import struct
 from collections.abc import Callable, Mapping
@@ -11,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from faces import METHODS, Faces, distances, glb
+from faces import METHODS, Faces, distances, glb, twice
 from visiting import COARSE, SMALL, Visit, positions, update
 
 import elastomorph as em
@@ -133,15 +132,6 @@ def test_a_fold_of_the_weight(visit: Visit, faces: Faces, tmp_path: Path) -> Non
 def test_a_face_of_two_meshes_bends_as_one(visit: Visit, faces: Faces) -> None:
     """Each mesh describes its own targets; one slider moves both along their paths."""
     rig = faces.rigs["beam:2"]
-
-    def twice(document: dict[str, Any]) -> None:
-        mesh = document["meshes"][0]
-        del mesh["extras"]["elastomorph"]["surface"]
-        other = copy.deepcopy(mesh)
-        other["extras"]["elastomorph"]["morphs"].reverse()
-        document["meshes"].append(other)
-        document["nodes"].append({"mesh": 1, "name": "other"})
-        document["scenes"][0]["nodes"].append(1)
 
     content = rewritten(glb(rig), twice)
     page = visit(Scene((SceneModel("two", "rig", content),), "Two"), size=SMALL)

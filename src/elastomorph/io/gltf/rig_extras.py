@@ -104,28 +104,27 @@ def rig_extras(rig: Rig, targets: MorphTargets, held: Collection[int]) -> dict[s
     sliders = rig.sliders
     known = {n for n, kept in zip(rig.morphs, targets.morphs, strict=True) if kept.first in held}
     correctives = corrective_entries({n: c for n, c in sliders.correctives.items() if n in known})
-    folds = any(kept.fold for kept in targets.morphs)
-    pairs = not all(kept.whole for kept in targets.morphs)
+    morphs = [
+        {
+            "name": name,
+            **({"target": targets.names[kept.first]} if kept.whole else {}),
+            "method": morph.method,
+            "bake_error": float(morph.bake_error + kept.dropped_error),
+            "choice": choice_to_json(morph.choice),
+            "limit_law": curve_to_json(morph.limit_law),
+            "bends": [
+                {"target": targets.names[number], "curve": curve_to_json(morph.bend_curves[k])}
+                for number, k in enumerate(kept.bends, start=kept.first + kept.whole)
+                if number in held
+            ],
+            **({} if kept.fold is None else {"fold": curve_to_json(kept.fold)}),
+        }
+        for (name, morph), kept in zip(rig.morphs.items(), targets.morphs, strict=True)
+        if name in known
+    ]
     return {
-        "version": least_version(correctives, folds=folds, pairs=pairs),
-        "morphs": [
-            {
-                "name": name,
-                **({"target": targets.names[kept.first]} if kept.whole else {}),
-                "method": morph.method,
-                "bake_error": float(morph.bake_error + kept.dropped_error),
-                "choice": choice_to_json(morph.choice),
-                "limit_law": curve_to_json(morph.limit_law),
-                "bends": [
-                    {"target": targets.names[number], "curve": curve_to_json(morph.bend_curves[k])}
-                    for number, k in enumerate(kept.bends, start=kept.first + kept.whole)
-                    if number in held
-                ],
-                **({} if kept.fold is None else {"fold": curve_to_json(kept.fold)}),
-            }
-            for (name, morph), kept in zip(rig.morphs.items(), targets.morphs, strict=True)
-            if name in known
-        ],
+        "version": least_version(morphs, correctives),
+        "morphs": morphs,
         "correctives": correctives,
         "groups": [{"name": n, "members": [*own]} for n, own in sliders.groups.items()],
     }
@@ -137,16 +136,15 @@ def corrective_entries(correctives: Mapping[str, Corrective]) -> list[dict[str, 
 
 
 def least_version(
-    correctives: Sequence[Mapping[str, Any]],
-    *,
-    folds: bool = False,
-    indices: bool = False,
-    pairs: bool = False,
+    morphs: Sequence[Mapping[str, Any]], correctives: Sequence[Mapping[str, Any]]
 ) -> int:
-    """The least version that says what is said."""
-    if indices or pairs or any("law" in own for own in correctives):
+    """The least version that says what these lists of a mesh say."""
+    every = [one for morph in morphs for one in (morph, *morph.get("bends", []))]
+    if any("index" in one or "target" not in one for one in every):
+        return INDICES
+    if any("law" in own for own in correctives):
         return LAWS
-    return FOLDS if folds else WITHOUT_FOLDS
+    return FOLDS if any("fold" in morph for morph in morphs) else WITHOUT_FOLDS
 
 
 def stored_rig(
