@@ -412,7 +412,6 @@ def hold_gltf(
     output: str | Path | None,
     held: Callable[[Rig], Rig],
     *,
-    keys_tolerance: float | None = None,
     say: Callable[[str], None] = lambda _: None,
 ) -> BendReport:
     """Add correctives to a .glb, .vrm or .gltf file, and to its clips; its paths stay.
@@ -421,7 +420,6 @@ def hold_gltf(
         path: The character, bent or not.
         output: The file to write, if anything is added; None: only say what would come of it.
         held: From its rig to that with correctives.
-        keys_tolerance: As for `bend_gltf`.
         say: Told what is being done.
     """
     file, character = _opened(path, output, say)
@@ -440,7 +438,7 @@ def hold_gltf(
     with of_bounded_depth(path):
         edit = CharacterEdit(character, face, plan, FEWEST)
         edit.add_bends(say)
-        edit.add_clips(KEYS_TOLERANCE if keys_tolerance is None else keys_tolerance, say)
+        edit.add_clips(KEYS_TOLERANCE, say)
         return edit.written(output, say)
 
 
