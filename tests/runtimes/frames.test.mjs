@@ -20,16 +20,20 @@ test('frames allocate nothing', async () => {
       follower.follow(weights);
     }
   };
-  frames(100_000); // until it is compiled
-  let collections = 0;
-  const observer = new PerformanceObserver((list) => {
-    // Of what was made lately: all of the memory is looked at now and then, whatever is made.
-    const young = ({ detail }) => detail.kind === constants.NODE_PERFORMANCE_GC_MINOR;
-    collections += list.getEntries().filter(young).length;
-  });
-  observer.observe({ entryTypes: ['gc'] });
-  frames(Math.min(2_000_000, 20_000_000 / follower.bender.morphs.length));
-  await setTimeout(20);
-  observer.disconnect();
+  // Until the machine's code is made, which another core does in its own time, results of calls are
+  // stored; code that stores one a frame does so in every round.
+  let collections = Infinity;
+  for (let round = 0; round < 12 && collections > 1; round += 1) {
+    collections = 0;
+    const observer = new PerformanceObserver((list) => {
+      // Of what was made lately: all of the memory is looked at now and then, whatever is made.
+      const young = ({ detail }) => detail.kind === constants.NODE_PERFORMANCE_GC_MINOR;
+      collections += list.getEntries().filter(young).length;
+    });
+    observer.observe({ entryTypes: ['gc'] });
+    frames(Math.min(2_000_000, 20_000_000 / follower.bender.morphs.length));
+    await setTimeout(20);
+    observer.disconnect();
+  }
   assert.ok(collections < 2, `${collections}`); // one number a frame would ask for two and more
 });

@@ -22,7 +22,7 @@ POSE = {"jaw": 0.6, "smile": 1.2, "both": -0.3}
 
 def ran(*command: str | Path) -> str:
     done = subprocess.run(
-        [*map(str, command)], cwd=WEB, capture_output=True, text=True, timeout=100, check=False
+        [*map(str, command)], cwd=WEB, capture_output=True, text=True, timeout=250, check=False
     )
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
     return done.stdout
