@@ -31,8 +31,8 @@ from scipy.spatial.transform import Rotation
 import elastomorph as em
 from elastomorph.curves import CurveNetwork
 from elastomorph.evaluation.curve_errors import CurveVertices
-from elastomorph.fitting.learning import Learned, PathErrors, Recordings, Take, never_worse
-from elastomorph.fitting.path_fit import Splines, fitted
+from elastomorph.evaluation.learning import Learned, PathErrors, Recordings, Take, never_worse
+from elastomorph.evaluation.path_fit import Splines, fitted
 from elastomorph.model.bend_curve import BendCurve
 from learning import REPETITIONS, marker_take
 from measuring import data_folder

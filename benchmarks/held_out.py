@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 
 import elastomorph as em
 from dragging import NOISY_PRIOR
-from elastomorph.fitting import path_fit
-from elastomorph.fitting.learning import KNOTS
+from elastomorph.evaluation import path_fit
+from elastomorph.evaluation.learning import KNOTS
 from elastomorph.rig import Rig
 from elastomorph.rig.tracking import PRIOR, SMOOTH, TRACKING_PRIOR
 from learning import REPETITIONS, Take, marker_take, movements

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.curves import Curve, CurveNetwork
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.polygons import Polygons
 
@@ -48,3 +49,16 @@ def meeting(neutral: Mesh) -> dict[str, Mesh]:
     turned = np.stack([x, y * np.cos(1) - z * np.sin(1), y * np.sin(1) + z * np.cos(1)], axis=1)
     back = neutral.vertices - 0.9 * (turned - neutral.vertices)
     return {"jawOpen": neutral.with_vertices(turned), "mouthClose": neutral.with_vertices(back)}
+
+
+def small_network() -> CurveNetwork:
+    """Two closed and three open curves over 29 vertices, and one vertex on none."""
+    sizes = ((8, True), (5, True), (7, False), (6, False), (3, False))
+    starts = np.cumsum([0] + [size for size, _ in sizes])
+    return CurveNetwork(
+        [
+            Curve(np.arange(start, start + size), closed, f"curve {number}")
+            for number, (start, (size, closed)) in enumerate(zip(starts, sizes, strict=False))
+        ],
+        int(starts[-1]) + 1,
+    )

@@ -32,14 +32,12 @@ if TYPE_CHECKING:
     from elastomorph.evaluation import Suggestion as Suggestion
     from elastomorph.evaluation import evaluate as evaluate
     from elastomorph.evaluation import suggest_inbetweens as suggest_inbetweens
+    from elastomorph.evaluation.learning import Learned as Learned
+    from elastomorph.evaluation.learning import learn as learn
     from elastomorph.farm.making.run import make_faces as make_faces
     from elastomorph.farm.reading.faces import FaceSet as FaceSet
     from elastomorph.farm.reading.faces import open_faces as open_faces
     from elastomorph.farm.sampling.sampler import FaceSampler as FaceSampler
-    from elastomorph.fitting import Fit as Fit
-    from elastomorph.fitting import Learned as Learned
-    from elastomorph.fitting.fit import fit as fit
-    from elastomorph.fitting.learning import learn as learn
     from elastomorph.holding import Correction as Correction
     from elastomorph.holding import Held as Held
     from elastomorph.holding import hold as hold
@@ -80,12 +78,10 @@ _HOMES = {
     "curves": ("Curve", "CurveNetwork", "edge_loops"),
     "curves.extraction": ("extract_curves",),
     "evaluation": ("Evaluation", "Suggestion", "evaluate", "suggest_inbetweens"),
+    "evaluation.learning": ("Learned", "learn"),
     "farm.sampling.sampler": ("FaceSampler",),
     "farm.reading.faces": ("FaceSet", "open_faces"),
     "farm.making.run": ("make_faces",),
-    "fitting": ("Fit", "Learned"),
-    "fitting.fit": ("fit",),
-    "fitting.learning": ("learn",),
     "holding": ("Correction", "Held", "hold"),
     "io.performance": ("read_performance", "write_performance"),
     "io.poses": ("read_poses", "write_poses"),

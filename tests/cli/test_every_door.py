@@ -171,7 +171,6 @@ def test_straight_within_is_part_of_the_method(here: Path) -> None:
         (["blend", "motion.npz", "-o", "out.npz"], "motion.npz"),
         (["curves", "ours.glb", "-o", "out.json"], "ours.glb"),
         (["evaluate", "ours.glb"], "ours.glb"),
-        (["fit", "neutral.obj"], "neutral.obj"),
         (["interpolate", "ours.glb", "jawOpen.obj", "-o", "out.obj"], "ours.glb"),
         (["view", "neutral.obj", "-o", "out.html"], "neutral.obj"),
         (

@@ -109,7 +109,7 @@ def test_what_cannot_be_meant_is_refused(
     assert shown.count("\n") == 1
 
 
-@pytest.mark.parametrize("verb", ["evaluate", "fit", "inbetweens", "learn"])
+@pytest.mark.parametrize("verb", ["evaluate", "inbetweens", "learn"])
 def test_every_verb_of_recordings_plays_an_animation(verb: str, take: em.MeshSequence) -> None:
     """The clip that is named, of two, as the frames that it was written from."""
     path = em.learn(take, 1)
@@ -120,8 +120,6 @@ def test_every_verb_of_recordings_plays_an_animation(verb: str, take: em.MeshSeq
     if verb == "evaluate":
         words += ["--method", "linear"]
     facts = json.loads(printed_by(verb, *words))
-    if verb == "fit":
-        return
     found = {
         "evaluate": lambda: facts["methods"][0],
         "inbetweens": lambda: facts["suggestions"][0],
@@ -144,8 +142,6 @@ def test_a_take_with_gaps_is_learned_and_what_is_lost_is_said(
     shown = capsys.readouterr()
     assert "warning: take.npz: never seen, and left out: f" in shown.err
     assert "only another one can tell" in " ".join(shown.out.split())
-    assert run("fit", *words) == 1
-    assert "the marker b is missing in frame 3" in capsys.readouterr().err
 
 
 def test_points_without_polygons_have_the_errors_of_the_library(take: em.MeshSequence) -> None:

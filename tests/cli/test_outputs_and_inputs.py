@@ -28,7 +28,6 @@ CALLS = [
     (["curves", "neutral.obj", "--picture", "{}"], "neutral.obj"),
     (["evaluate", "motion.npz", "--no-pictures", "--report", "{}"], "motion.npz"),
     (["inbetweens", "suggest", "motion.npz", "-o", "{}"], "motion.npz"),
-    (["fit", "motion.npz", "-o", "{}"], "motion.npz"),
     (["learn", "motion.npz", "-o", "{}"], "motion.npz"),
     (["blend", "ours.glb", "-w", "smile=1", "-o", "{}"], "ours.glb"),
     (["blend", "face", "-w", "smile=1", "-o", "{}"], "face/neutral.obj"),

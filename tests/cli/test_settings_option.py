@@ -278,7 +278,6 @@ def test_curves_of_settings(folder: Path, capsys: pytest.CaptureFixture[str]) ->
     frames = np.stack([turned(angle).vertices for angle in (0.0, 0.3, 0.7, 1.0)])
     em.write_sequence("scan.npz", MeshSequence(sheet(), frames))
     assert run("inbetweens", "suggest", "scan.npz", "-n", 1, "--settings", "face", "--json") == 0
-    assert run("fit", "scan.npz", "--degree", 2, "--settings", "face", "--json") == 0
 
 
 @pytest.mark.usefixtures("folder")

@@ -9,8 +9,15 @@ from elastomorph.curves import Curve, CurveNetwork
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
+from small_meshes import small_network
 
 ROWS, COLUMNS = 4, 5
+
+
+@pytest.fixture(scope="session")
+def network() -> CurveNetwork:
+    """Curves that are open and closed, over 29 vertices of 30."""
+    return small_network()
 
 
 @pytest.fixture(scope="session")

@@ -30,7 +30,6 @@ VERBS = {
     "curves": "Find curves along edge loops.",
     "interpolate": "Interpolate between two known shapes, by any method.",
     "evaluate": "Judge methods by recorded frames.",
-    "fit": "Estimate material and load common to recorded motions.",
     "learn": "Learn the path of a recorded movement.",
     "blend": "Blend expressions.",
     "bend": "Bend the paths of a character in its own file.",

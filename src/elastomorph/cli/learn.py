@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from elastomorph.evaluation.confidence import Confidence
-    from elastomorph.fitting import Learned
+    from elastomorph.evaluation.learning import Learned
     from elastomorph.model.sequence import MeshSequence
 
 Recordings = Annotated[
@@ -89,7 +89,7 @@ def learn(
       elastomorph learn smile1.npz smile2.npz smile3.npz --bends 2 -o smile.glb
       elastomorph learn take.npz --curves markers.json --movements
     """
-    from elastomorph.fitting import learn as learned
+    from elastomorph.evaluation.learning import learn as learned
 
     _require_use(recording, output, frames, movements, name)
     say("reading")
@@ -177,8 +177,8 @@ def _each_movement(
     take: MeshSequence, mask: Confidence | None, bends: int, how: Mapping[str, Any], say: Say
 ) -> Answer:
     """Each movement of a take by itself."""
+    from elastomorph.evaluation.learning import learn as learned
     from elastomorph.evaluation.movements import find_movements
-    from elastomorph.fitting import learn as learned
 
     found: dict[str, Learned] = {}
     for move in find_movements(take.frames, edge=0.0):

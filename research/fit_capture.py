@@ -1,9 +1,9 @@
 """Materials and loads fitted to real faces: onsets and offsets of two optical marker takes.
 
-    python benchmarks/fit_capture.py [--data FOLDER] [--per-curve]
+    python research/fit_capture.py [--data FOLDER] [--per-curve]
 
-Reads the takes of ``real_capture.py`` and cuts out the same movements. Onsets and offsets are
-fitted apart, for each take and for both; every fit is judged on movements left out of it.
+Reads the takes of ``benchmarks/real_capture.py`` and cuts out the same movements. Onsets and
+offsets are fitted apart, for each take and for both; every fit is judged on movements left out.
 """
 
 from __future__ import annotations
@@ -21,9 +21,12 @@ from rich.text import Text
 
 from elastomorph.curves import CurveNetwork
 from elastomorph.evaluation.movements import find_movements
-from elastomorph.fitting import Fit, fit
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.sequence import MeshSequence
+from material_fit import fit
+from material_results import Fit
+
+sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
 from measuring import data_folder
 from real_capture import TAKES, marker_curves
 

@@ -9,7 +9,7 @@ import pytest
 
 import elastomorph as em
 from elastomorph.curves import CurveNetwork
-from elastomorph.fitting.results import LawSums, ModalSums, Objective, curve_sums
+from material_results import LawSums, ModalSums, Objective, curve_sums
 
 Synthesis = Callable[..., list[em.MeshSequence]]
 

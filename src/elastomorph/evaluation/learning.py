@@ -44,7 +44,7 @@ from elastomorph.evaluation.curve_errors import (
     free_timing,
 )
 from elastomorph.evaluation.evaluation import recorded_motion
-from elastomorph.fitting.path_fit import (
+from elastomorph.evaluation.path_fit import (
     Observed,
     PathFit,
     Splines,

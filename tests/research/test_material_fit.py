@@ -11,8 +11,8 @@ import pytest
 import elastomorph as em
 from elastomorph.curves import CurveNetwork
 from elastomorph.errors import CurveError, MeshError, ParameterError, TopologyError
-from elastomorph.fitting import Fit, fit
-from elastomorph.fitting.results import EXCURSION
+from material_fit import fit
+from material_results import EXCURSION, Fit
 
 Synthesis = Callable[..., list[em.MeshSequence]]
 

@@ -1,15 +1,20 @@
 """From captured motions to the material and the load they have in common.
 
+    python research/material_fit.py smile1.npz smile2.npz smile3.npz [-o fit.json]
+
 The best material and load are found, and how far each constant may be from them. Motions are fitted
 together, then each time without one of them; and every curve alone.
 """
 
 from __future__ import annotations
 
+import argparse
+import json
 import math
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +23,12 @@ from numpy.typing import NDArray
 from elastomorph.curves import CurveNetwork, extract_curves, require_curves_of
 from elastomorph.errors import MeshError, ParameterError, TimeLawWarning, TopologyError
 from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
-from elastomorph.fitting.results import (
+from elastomorph.io.sequences import read_recording, whole
+from elastomorph.model.mesh import require_same_topology
+from elastomorph.model.sequence import MeshSequence, require_motion
+from elastomorph.paths import Method, interpolate
+from elastomorph.physics import CLOSURES, Load, Material
+from material_results import (
     EXCURSION,
     CurveFit,
     Errors,
@@ -29,10 +39,6 @@ from elastomorph.fitting.results import (
     Ratio,
     curve_sums,
 )
-from elastomorph.model.mesh import require_same_topology
-from elastomorph.model.sequence import MeshSequence, require_motion
-from elastomorph.paths import Method, interpolate
-from elastomorph.physics import CLOSURES, Load, Material
 
 CONFIDENCE = 0.95
 # Captures that differ by less than a millionth of the movement are the same capture.
@@ -44,7 +50,7 @@ _BISECTIONS = 12
 
 
 class Optimum(NamedTuple):
-    """A point, (R + 1,) as in `elastomorph.fitting.results`, with its misfit and penalty."""
+    """A point, (R + 1,) as in `material_results`, with its misfit and penalty."""
 
     point: NDArray[np.float64]
     cost: float
@@ -654,3 +660,24 @@ def _pooled(errors: NDArray[np.float64], frames: NDArray[np.integer]) -> tuple[E
         Errors(label, float(r), float(lme), float(lae))
         for label, r, (lme, lae) in zip(("linear", "ease", "beam"), rms, means, strict=True)
     )
+
+
+def main(words: Sequence[str] | None = None) -> None:
+    """Print what recordings have in common, and store it as JSON."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("motions", nargs="+", help="recordings of one mesh, as `evaluate` reads")
+    parser.add_argument("-o", "--output", type=Path, help="JSON of what was found")
+    parser.add_argument("--degree", type=int, help="of the load, 1 to 6; the best by default")
+    parser.add_argument("--per-curve", action="store_true", help="also fit every curve alone")
+    parser.add_argument("--closure", default="limit", choices=CLOSURES, help="law of the means")
+    given = parser.parse_args(words)
+    takes = [whole(motion, read_recording(motion)) for motion in given.motions]
+    found = fit(takes, degree=given.degree, per_curve=given.per_curve, closure=given.closure)
+    print(found.text())
+    if given.output is not None:
+        facts = {"sources": given.motions, **found.to_dict()}
+        given.output.write_text(json.dumps(facts, indent=2, allow_nan=False) + "\n")
+
+
+if __name__ == "__main__":
+    main()

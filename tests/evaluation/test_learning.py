@@ -9,12 +9,12 @@ import pytest
 
 import elastomorph as em
 from elastomorph.curves import CurveNetwork
+from elastomorph.evaluation import learning
+from elastomorph.evaluation import learning as repeating
 from elastomorph.evaluation.curve_errors import CurveVertices
+from elastomorph.evaluation.learning import Take
 from elastomorph.evaluation.movements import find_movements
-from elastomorph.fitting import learning
-from elastomorph.fitting import learning as repeating
-from elastomorph.fitting.learning import Take
-from elastomorph.fitting.path_fit import Observed, Splines, fitted
+from elastomorph.evaluation.path_fit import Observed, Splines, fitted
 from elastomorph.io.sequences import read_recording
 from elastomorph.io.vertex_lists import read_curves
 

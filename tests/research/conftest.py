@@ -8,23 +8,16 @@ import numpy as np
 import pytest
 
 import elastomorph as em
-from elastomorph.curves import Curve, CurveNetwork
+from elastomorph.curves import CurveNetwork
+from small_meshes import small_network
 
 Synthesis = Callable[..., list[em.MeshSequence]]
 
 
 @pytest.fixture(scope="session")
 def network() -> CurveNetwork:
-    """Two closed and three open curves over 29 vertices, and one vertex on none."""
-    sizes = ((8, True), (5, True), (7, False), (6, False), (3, False))
-    starts = np.cumsum([0] + [size for size, _ in sizes])
-    return CurveNetwork(
-        [
-            Curve(np.arange(start, start + size), closed, f"curve {number}")
-            for number, (start, (size, closed)) in enumerate(zip(starts, sizes, strict=False))
-        ],
-        int(starts[-1]) + 1,
-    )
+    """Curves that are open and closed, over 29 vertices of 30."""
+    return small_network()
 
 
 @pytest.fixture(scope="session")
