@@ -13,7 +13,7 @@ WEB_READY := web/node_modules/.ready
 PYTEST := $(BIN)/python -m pytest -n auto --dist worksteal
 HEAVY := browser or photographs or documentation or hostile or players or cluster
 
-.PHONY: demo test test-all check house processors docs format page coverage blender test-blender requirements clean
+.PHONY: demo test test-all check count processors docs format page coverage blender test-blender requirements clean
 # One environment, which no two installations may change at once.
 .NOTPARALLEL:
 
@@ -35,11 +35,10 @@ check: docs
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache --no-logo
-	$(BIN)/python tools/house.py --check
 
-# How large, how knotted and how slow to open the package is.
-house: $(DEV_READY)
-	$(BIN)/python tools/house.py --list
+# How large the house is.
+count: $(DEV_READY)
+	$(BIN)/python tools/count.py
 
 # The tests of numerical code, as other processors round.
 processors: $(DEV_READY) $(INSTALLED)

@@ -6,7 +6,9 @@ import ast
 import inspect
 import subprocess
 import sys
+import tomllib
 from importlib.metadata import version
+from pathlib import Path
 
 import pytest
 
@@ -80,3 +82,16 @@ def test_every_error_derives_from_one() -> None:
 
 def test_the_package_knows_its_version() -> None:
     assert version("elastomorph")
+
+
+def test_methods_that_hand_upward_import_when_they_are_called() -> None:
+    root = Path(__file__).parents[1]
+    contracts = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["importlinter"]
+    for forward in {
+        each for own in contracts["contracts"] for each in own.get("ignore_imports", [])
+    }:
+        importer, _, imported = forward.partition(" -> ")
+        text = (root / "src" / (importer.replace(".", "/") + ".py")).read_text()
+        for node in ast.parse(text).body:
+            if isinstance(node, ast.ImportFrom):
+                assert not f"{node.module}.".startswith(f"{imported}."), forward
