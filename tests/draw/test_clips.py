@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from PIL import Image, ImageSequence
 
-from elastomorph.draw.clips import check_clip, frame_durations, is_clip, write_clip
+from elastomorph.draw.movie import check_clip, frame_durations, is_clip, write_clip
 from elastomorph.errors import FileError, ParameterError
 
 WIDTH, HEIGHT = 48, 32

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from elastomorph.draw.comparisons import closure_comparison, error_strip, side_by_side
+from elastomorph.draw.strips import closure_comparison, error_strip, side_by_side
 from elastomorph.errors import ParameterError
 from elastomorph.evaluation import Evaluation
 from elastomorph.evaluation.confidence import Confidence

@@ -26,9 +26,15 @@ from cards import (
     unlit,
 )
 from elastomorph.draw.camera import Camera
-from elastomorph.draw.dressed import welded_corners
+from elastomorph.draw.materials import (
+    MOST_PIXELS,
+    encoded,
+    linear,
+    pixels_of,
+    places_in,
+    welded_corners,
+)
 from elastomorph.draw.stage import Stage
-from elastomorph.draw.textures import MOST_PIXELS, encoded, linear, pixels_of, places_in
 from elastomorph.errors import ElastomorphWarning
 from elastomorph.model.appearance import Finish, Material, Texture
 from elastomorph.model.mesh import FaceLabels, Mesh, UVMap

@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from elastomorph.draw.camera import Camera
-from elastomorph.draw.framing import Turntable, camera_for, drawn_vertices, turn_angles
+from elastomorph.draw.camera import Camera, Turntable, camera_for, drawn_vertices, turn_angles
 from elastomorph.draw.stage import BACKGROUND, Stage
 from elastomorph.errors import ParameterError
 from elastomorph.model.mesh import Mesh

@@ -10,10 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from elastomorph.draw import graphs, time_laws
-from elastomorph.draw.figure import new_figure, styles_for
-from elastomorph.draw.graphs import error_graphs, time_graphs
-from elastomorph.draw.time_laws import mode_law_graph, time_law_graph
+from elastomorph.draw import graphs
+from elastomorph.draw.graphs import (
+    error_graphs,
+    mode_law_graph,
+    new_figure,
+    styles_for,
+    time_graphs,
+    time_law_graph,
+)
 from elastomorph.errors import ParameterError
 from elastomorph.evaluation import Evaluation
 from elastomorph.physics import Load, Material, modal_response
@@ -31,7 +36,7 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
             kept.append(figure)
 
     monkeypatch.setattr(graphs, "new_figure", keeping)
-    monkeypatch.setattr(time_laws, "new_figure", keeping)
+    monkeypatch.setattr(graphs, "new_figure", keeping)
     return kept
 
 
@@ -172,7 +177,7 @@ def test_a_singular_law_of_a_mode_is_named(
         laws[1] = np.inf
         return laws
 
-    monkeypatch.setattr(time_laws, "modal_response", second_is_singular)
+    monkeypatch.setattr(graphs, "modal_response", second_is_singular)
     mode_law_graph(tmp_path / "laws.png", [Material()], loads=(2,))
     labels = [line.get_label() for line in drawn[0].axes[0].lines]
     assert labels[1:] == ["n = 1", "n = 2 (singular)", "n = 3"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from elastomorph.draw.normals import CornerNormals, corner_pairs
+from elastomorph.draw.materials import CornerNormals, corner_pairs
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.polygons import Polygons
 

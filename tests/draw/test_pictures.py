@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from elastomorph.draw.figure import new_figure
+from elastomorph.draw.graphs import new_figure
 from elastomorph.draw.pictures import as_png, write_picture
 from elastomorph.errors import FileError, ParameterError
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from elastomorph.draw.framing import turn_angles
+from elastomorph.draw.camera import turn_angles
 from elastomorph.draw.posed import (
     PosedRig,
     clip_frames,

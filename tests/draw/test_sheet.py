@@ -8,8 +8,8 @@ import pytest
 from numpy.typing import NDArray
 
 from elastomorph.curves import extract_curves
+from elastomorph.draw.camera import camera_for
 from elastomorph.draw.curves_picture import network_lines
-from elastomorph.draw.framing import camera_for
 from elastomorph.draw.pictures import ColourScale, colour_named
 from elastomorph.draw.sheet import (
     Face,

@@ -10,8 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from elastomorph.draw.camera import Camera
-from elastomorph.draw.framing import camera_for
+from elastomorph.draw.camera import Camera, camera_for
 from elastomorph.draw.pictures import COLOUR_MAP, heat_colours
 from elastomorph.draw.stage import BACKGROUND, Lines, Stage, render
 from elastomorph.errors import MeshError, ParameterError

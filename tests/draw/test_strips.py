@@ -10,9 +10,9 @@ import pytest
 from PIL import Image
 
 import elastomorph as em
-from elastomorph.draw.comparisons import contact_sheet
 from elastomorph.draw.stage import Stage
 from elastomorph.draw.strips import (
+    contact_sheet,
     expression_strip,
     face_strip,
     method_strip,

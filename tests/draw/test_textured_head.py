@@ -7,12 +7,11 @@ import pytest
 
 import elastomorph as em
 from cards import character
-from elastomorph.draw.camera import Camera
-from elastomorph.draw.comparisons import closure_comparison
-from elastomorph.draw.framing import Turntable, camera_for
+from elastomorph.draw.camera import Camera, Turntable, camera_for
 from elastomorph.draw.head import head_of
 from elastomorph.draw.pictures import Image
 from elastomorph.draw.posed import PosedRig, compare, pose_picture
+from elastomorph.draw.strips import closure_comparison
 from elastomorph.model.mesh import Mesh
 from elastomorph.rig.build import extent_of
 from scenes import ball, seen_at
@@ -63,7 +62,7 @@ def test_closures_are_shown_on_the_face_of_a_figure(monkeypatch: pytest.MonkeyPa
         cameras.append((camera, size))
         return np.zeros((*size[::-1], 3), dtype=np.uint8)
 
-    monkeypatch.setattr("elastomorph.draw.comparisons.face_sheet", seen)
+    monkeypatch.setattr("elastomorph.draw.strips.face_sheet", seen)
     rig = character()
     closure_comparison(rig.neutral, rig["open"].target, closures=["limit"], width=60)
     for camera, size in cameras:

@@ -6,7 +6,7 @@ import ctypes
 
 import pytest
 
-from elastomorph.draw.window import _require_opengl
+from elastomorph.draw.pictures import _require_opengl
 from elastomorph.errors import ElastomorphError
 
 

@@ -88,7 +88,7 @@ def test_the_graph_shows_every_error(
     from contextlib import contextmanager
 
     from elastomorph.draw import graphs as module
-    from elastomorph.draw.figure import new_figure
+    from elastomorph.draw.graphs import new_figure
 
     kept = []
 

@@ -144,7 +144,7 @@ def _write(
 
 def _is_film(output: str) -> bool:
     """Whether an output is drawn: a movie, a moving picture, or numbered pictures."""
-    from elastomorph.draw.clips import CLIP_SUFFIXES
+    from elastomorph.draw.movie import CLIP_SUFFIXES
     from elastomorph.draw.pictures import SUFFIXES
 
     suffix = Path(output).suffix.lower()

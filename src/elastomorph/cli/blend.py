@@ -136,7 +136,7 @@ def _all(
             write_face_array(output, blocks, shape, beside={"weights": rows})
         found["written"] = output
     if sheet is not None:
-        from elastomorph.draw.comparisons import contact_sheet
+        from elastomorph.draw.strips import contact_sheet
 
         say("drawing the contact sheet")
         chosen = rows[spread_rows(len(rows), 50)]

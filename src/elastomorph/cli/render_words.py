@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from elastomorph.draw.actors import Lines
     from elastomorph.draw.posed import Comparison, PosedRig
+    from elastomorph.draw.stage import Lines
     from elastomorph.paths import Method
     from elastomorph.rig import Rig
 

@@ -196,14 +196,14 @@ class Shot:
 
     def angles(self) -> NDArray[np.float64] | None:
         """The degrees of each frame, where the head turns."""
-        from elastomorph.draw.framing import turn_angles
+        from elastomorph.draw.camera import turn_angles
 
         degrees = 360.0 if self.degrees is None else self.degrees
         return turn_angles(self.count, degrees) if self.turntable else None
 
     def require_format(self, output: str, size: tuple[int, int], *, transparent: bool) -> None:
         """Refuse a file name that does not fit what is to be written, before anything is read."""
-        from elastomorph.draw.clips import check_clip, is_clip
+        from elastomorph.draw.movie import check_clip, is_clip
         from elastomorph.draw.pictures import SUFFIXES
 
         suffix, still = Path(output).suffix.lower(), not self.moving
@@ -229,7 +229,7 @@ class Shot:
         say: Say,
     ) -> dict[str, Any]:
         """Draw and write; the size of what was written, of which pose, and when."""
-        from elastomorph.draw.clips import write_clip
+        from elastomorph.draw.movie import write_clip
         from elastomorph.draw.posed import clip_frames, pose_picture, pose_strip
 
         say("drawing")
@@ -250,7 +250,7 @@ class Shot:
 
 def written_picture(image: Image, output: str) -> dict[str, float]:
     """Write a picture where its format holds it; its size."""
-    from elastomorph.draw.clips import WIDEST_WEBP
+    from elastomorph.draw.movie import WIDEST_WEBP
     from elastomorph.draw.pictures import write_picture
 
     height, width = image.shape[:2]

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from elastomorph.cli.output import Say
+    from elastomorph.draw.movie import Sound
     from elastomorph.draw.pictures import Image
-    from elastomorph.draw.sound import Sound
     from elastomorph.rig import Rig
     from elastomorph.rig.performance import Match, Performance
 
@@ -144,8 +144,7 @@ class TakeOptions:
         self, output: str, whole: Performance, fps: float | None, size: tuple[int, int]
     ) -> Film:
         """A film of what is meant of a take; refused before anything is drawn."""
-        from elastomorph.draw.clips import check_clip
-        from elastomorph.draw.movie import movie_rate
+        from elastomorph.draw.movie import check_clip, movie_rate
 
         if self.audio is None:
             self.require_none("a sound: add --audio take.wav", ["audio_offset"])
@@ -202,8 +201,8 @@ class Film:
         self, rig: Rig, weights: NDArray[np.float64], how: dict[str, Any], say: Say
     ) -> dict[str, float]:
         """Draw (T, J) weights of the rig's sliders frame by frame; size and length."""
-        from elastomorph.draw.clips import write_clip
         from elastomorph.draw.film import film_frames
+        from elastomorph.draw.movie import write_clip
 
         count = len(weights)
 
@@ -221,7 +220,7 @@ class Film:
 
 def laid_sound(audio: Path, start: float, seconds: float, *, cut: bool) -> Sound:
     """A sound that is heard from a second of its own on, and a sentence where it does not fit."""
-    from elastomorph.draw.sound import Sound, sound_length
+    from elastomorph.draw.movie import Sound, sound_length
 
     heard = sound_length(audio)
     left = heard - start - seconds

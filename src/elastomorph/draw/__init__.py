@@ -4,18 +4,27 @@ Needs vtk, matplotlib and Pillow (``pip install 'elastomorph[demo]'``), which ar
 first picture is drawn. Pictures are (H, W, 3) uint8 arrays, and files where a path is given.
 """
 
-from elastomorph.draw.actors import Lines
-from elastomorph.draw.camera import VIEWS, Camera
-from elastomorph.draw.comparisons import closure_comparison, error_strip, side_by_side
+from elastomorph.draw.camera import VIEWS, Camera, camera_for
 from elastomorph.draw.curves_picture import curves_picture, network_lines
 from elastomorph.draw.dragged import drag_picture
-from elastomorph.draw.framing import camera_for
-from elastomorph.draw.graphs import error_graphs, inbetween_graph, time_graphs
+from elastomorph.draw.graphs import (
+    error_graphs,
+    inbetween_graph,
+    mode_law_graph,
+    time_graphs,
+    time_law_graph,
+)
 from elastomorph.draw.pictures import ColourScale, as_png, heat_colours, write_picture
 from elastomorph.draw.sheet import picture_grid
-from elastomorph.draw.stage import Stage, render
-from elastomorph.draw.strips import expression_strip, face_strip, method_strip
-from elastomorph.draw.time_laws import mode_law_graph, time_law_graph
+from elastomorph.draw.stage import Lines, Stage, render
+from elastomorph.draw.strips import (
+    closure_comparison,
+    error_strip,
+    expression_strip,
+    face_strip,
+    method_strip,
+    side_by_side,
+)
 
 __all__ = [
     "VIEWS",

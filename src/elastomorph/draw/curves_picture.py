@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.curves import CurveNetwork, require_curves_of
-from elastomorph.draw.actors import Lines
-from elastomorph.draw.framing import View, camera_for, drawn_vertices
+from elastomorph.draw.camera import View, camera_for, drawn_vertices
 from elastomorph.draw.pictures import Image, written
 from elastomorph.draw.sheet import Style
-from elastomorph.draw.stage import Stage
+from elastomorph.draw.stage import Lines, Stage
 from elastomorph.model.mesh import Mesh
 
 PALETTE = (

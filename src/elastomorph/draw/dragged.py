@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from elastomorph.draw.framing import View, camera_for
+from elastomorph.draw.camera import View, camera_for
 from elastomorph.draw.pictures import ColourScale, Image, imported, round_up, written
 from elastomorph.draw.sheet import picture_grid
 from elastomorph.draw.stage import Stage

@@ -7,8 +7,7 @@ from collections.abc import Generator
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.draw.camera import Camera
-from elastomorph.draw.framing import View, camera_for
+from elastomorph.draw.camera import Camera, View, camera_for
 from elastomorph.draw.head import head_of
 from elastomorph.draw.pictures import Image
 from elastomorph.draw.sheet import Style

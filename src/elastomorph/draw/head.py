@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.draw.framing import drawn_vertices
+from elastomorph.draw.camera import drawn_vertices
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 

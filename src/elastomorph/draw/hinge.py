@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.draw.camera import Camera
-from elastomorph.draw.figure import dress, legend, new_figure, styles_for
+from elastomorph.draw.graphs import dress, legend, new_figure, styles_for
 from elastomorph.draw.materials import parts_of
 from elastomorph.draw.pictures import Image
 from elastomorph.draw.sheet import Face, face_sheet, scale_of

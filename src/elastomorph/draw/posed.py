@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from elastomorph.draw.framing import Turntable, View, camera_for
+from elastomorph.draw.camera import Turntable, View, camera_for
 from elastomorph.draw.head import head_of
 from elastomorph.draw.pictures import ColourScale, Image, round_up
 from elastomorph.draw.sheet import Face, Style, face_sheet, in_rows, legend_height, with_legend

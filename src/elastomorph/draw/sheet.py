@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.draw.actors import Lines
 from elastomorph.draw.camera import Camera
 from elastomorph.draw.pictures import (
     COLOUR_MAP,
@@ -23,7 +22,7 @@ from elastomorph.draw.pictures import (
     round_up,
     written,
 )
-from elastomorph.draw.stage import BACKGROUND, Stage
+from elastomorph.draw.stage import BACKGROUND, Lines, Stage
 from elastomorph.errors import ParameterError
 from elastomorph.model.mesh import Mesh
 

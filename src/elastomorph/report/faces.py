@@ -7,8 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.draw.comparisons import error_strip, side_by_side
-from elastomorph.draw.strips import TRUTH, face_strip
+from elastomorph.draw.strips import TRUTH, error_strip, face_strip, side_by_side
 from elastomorph.evaluation import Evaluation, MethodResult
 from elastomorph.evaluation.words import Lengths, listed, percent
 from elastomorph.report.images import Picture

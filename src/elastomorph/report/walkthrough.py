@@ -16,13 +16,13 @@ import numpy as np
 import tomlkit
 
 from elastomorph.curves import CurveNetwork, extract_curves
-from elastomorph.draw.comparisons import closure_comparison
+from elastomorph.draw.camera import camera_for
 from elastomorph.draw.curves_picture import curves_picture
-from elastomorph.draw.framing import camera_for
+from elastomorph.draw.graphs import time_law_graph
 from elastomorph.draw.hinge import eyelid_graph, hinge_faces, hinge_graph, looks_of
 from elastomorph.draw.pictures import Image, heat_colours
 from elastomorph.draw.stage import Stage
-from elastomorph.draw.time_laws import time_law_graph
+from elastomorph.draw.strips import closure_comparison
 from elastomorph.evaluation import DEFAULT_METHODS, Evaluation, evaluate, every_method
 from elastomorph.evaluation.rigid_bodies import (
     Eyelid,

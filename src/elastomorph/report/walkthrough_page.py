@@ -7,9 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from elastomorph.draw.comparisons import contact_sheet
 from elastomorph.draw.pictures import Image, write_picture
-from elastomorph.draw.strips import expression_strip
+from elastomorph.draw.strips import contact_sheet, expression_strip
 from elastomorph.evaluation import Evaluation, suggest_inbetweens
 from elastomorph.evaluation.shape import ClosureSeam
 from elastomorph.evaluation.words import counted, listed, percent

@@ -88,7 +88,7 @@ def test_an_image_beside_the_stage_is_its_base_colour(tmp_path: Path) -> None:
 
 def test_a_transform_of_coordinates_is_followed(tmp_path: Path) -> None:
     """The upper left quarter of the image: half its size, moved up by half."""
-    from elastomorph.draw.textures import places_in
+    from elastomorph.draw.materials import places_in
 
     (tmp_path / "skin.png").write_bytes(image_of(PIXELS))
     texture = look(tmp_path, SHOWN, st=PLACED).texture
@@ -236,7 +236,7 @@ def test_looks_that_are_written_come_back(tmp_path: Path, material: Material, su
 
 
 def test_a_transform_of_coordinates_is_written(tmp_path: Path) -> None:
-    from elastomorph.draw.textures import places_in
+    from elastomorph.draw.materials import places_in
 
     moved = texture(offset=(0.5, 0.25), scale=(2.0, 3.0), rotation=1.5)
     write_usd(tmp_path / "card.usda", rig_of(card(Material(texture=moved))))

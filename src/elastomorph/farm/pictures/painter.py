@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import maximum_filter, minimum_filter, uniform_filter
 
 from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.draw.textures import encoded, linear
+from elastomorph.draw.materials import encoded, linear
 from elastomorph.errors import ParameterError
 from elastomorph.farm.pictures.settings import ARRAYS, LARGEST, SETTINGS
 from elastomorph.farm.pictures.subject import MASKED, OPAQUE, PARTS, Subject

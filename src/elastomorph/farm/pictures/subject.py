@@ -11,10 +11,16 @@ import numpy as np
 import scipy.sparse as sparse
 from numpy.typing import NDArray
 
-from elastomorph.draw.dressed import Dress, dresses_of, welded_corners
-from elastomorph.draw.materials import LOOKS, parts_of
-from elastomorph.draw.normals import corner_pairs
-from elastomorph.draw.textures import encoded, linear
+from elastomorph.draw.materials import (
+    LOOKS,
+    Dress,
+    corner_pairs,
+    dresses_of,
+    encoded,
+    linear,
+    parts_of,
+    welded_corners,
+)
 from elastomorph.errors import MeshError
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.polygons import polygon_normals
