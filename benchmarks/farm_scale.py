@@ -23,8 +23,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import elastomorph as em
+from elastomorph.farm.making.executors import make_unit
 from elastomorph.farm.making.run import begun
-from elastomorph.farm.making.unit import make_unit
 from elastomorph.farm.storage.stores import Order
 from elastomorph.farm.storage.wanted import Wanted
 

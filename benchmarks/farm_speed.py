@@ -37,9 +37,8 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 import elastomorph as em
-from elastomorph.farm.making.executors import client_of, make_units
+from elastomorph.farm.making.executors import client_of, make_unit, make_units
 from elastomorph.farm.making.run import begun, work_off
-from elastomorph.farm.making.unit import make_unit
 from elastomorph.farm.sampling.lanes import random_lanes
 from elastomorph.farm.storage.stores import Order
 from elastomorph.farm.storage.wanted import Wanted

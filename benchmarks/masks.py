@@ -40,8 +40,7 @@ import elastomorph as em
 from captured.geometry import closest
 from captured.judging import extent, normals_of
 from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.landmarks.known_landmarks import known_landmarks
-from elastomorph.capturing.landmarks.landmarks import Landmarks
+from elastomorph.capturing.landmarks.landmarks import Landmarks, known_landmarks
 from elastomorph.capturing.scans.placing import laid_over, looked_up
 from elastomorph.capturing.scans.registration import placing_of
 from elastomorph.capturing.scans.scans import read_scan

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 import elastomorph as em
-from elastomorph.draw.framing import camera_for
+from elastomorph.draw.camera import camera_for
 from elastomorph.draw.sheet import Face, face_sheet, in_rows
 from elastomorph.errors import ElastomorphError
 from elastomorph.evaluation import Evaluation, ShapeProbe, evaluate

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from elastomorph.samples.materials import IMAGES
+from elastomorph.samples.built_in_head import IMAGES
 
 ROOT = Path(__file__).parents[1]
 CORE = {"jinja2", "numpy", "scipy", "typer", "rich", "threadpoolctl", "tomlkit"}

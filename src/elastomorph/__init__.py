@@ -66,7 +66,7 @@ if TYPE_CHECKING:
     from elastomorph.physics import Material as Material
     from elastomorph.rig import timing as timing
     from elastomorph.rig.laws import Corrective as Corrective
-    from elastomorph.rig.performance.performance import Performance as Performance
+    from elastomorph.rig.performance import Performance as Performance
     from elastomorph.rig.rig import Rig as Rig
 
 _HOMES = {
@@ -100,7 +100,7 @@ _HOMES = {
     "paths.through": ("through",),
     "physics": ("Load", "Material"),
     "rig.laws": ("Corrective",),
-    "rig.performance.performance": ("Performance",),
+    "rig.performance": ("Performance",),
     "rig.rig": ("Rig",),
 }
 """The module of each public name that is no error."""

@@ -16,15 +16,14 @@ from elastomorph.capturing.cameras.frames import Frame
 from elastomorph.capturing.cameras.solved import SolvedPose
 from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.capturing.geometry.similarity import Similarity
-from elastomorph.capturing.landmarks.landmarks import LANDMARKS, Landmarks
-from elastomorph.capturing.landmarks.typical_face import _TYPICAL
+from elastomorph.capturing.landmarks.landmarks import _TYPICAL, LANDMARKS, Landmarks
 from elastomorph.capturing.neutral.texture import Painted
 from elastomorph.capturing.photographs.photographs import Photograph, Photographs
+from elastomorph.capturing.work.capture import made
 from elastomorph.capturing.work.captured import Captured
 from elastomorph.capturing.work.makers import Makers, Placed, Posed
-from elastomorph.capturing.work.outcome import made
-from elastomorph.capturing.work.packing import content_digest, packed
 from elastomorph.capturing.work.request import requested
+from elastomorph.capturing.work.stages import content_digest, packed
 
 POSES = ("a", "neutral", "b", "c")
 COUNT = 6

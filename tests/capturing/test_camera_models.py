@@ -21,7 +21,7 @@ from elastomorph.capturing.cameras.models import (
 )
 from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.capturing.photographs.examining import examine
-from elastomorph.capturing.photographs.finding import find_poses
+from elastomorph.capturing.photographs.photographs import find_poses
 from elastomorph.capturing.photographs.pixels import read_upright
 from elastomorph.errors import CaptureError, FileError, FormatError
 from needs import extra

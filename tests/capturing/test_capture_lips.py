@@ -5,7 +5,7 @@ from painted import grid
 
 from elastomorph.capturing.geometry.deformation import Deformation
 from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.tracking.reference import folded, touching
+from elastomorph.capturing.tracking.tracking import folded, touching
 
 COUNT = 21
 

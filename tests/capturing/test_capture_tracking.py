@@ -10,8 +10,7 @@ from painted import grid, paint, photograph, ring
 from elastomorph.capturing.geometry.similarity import Similarity
 from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.tracking.matches import Matches
-from elastomorph.capturing.tracking.reference import Reference
-from elastomorph.capturing.tracking.tracking import follow
+from elastomorph.capturing.tracking.tracking import Reference, follow
 from elastomorph.errors import CaptureError
 
 pytest.importorskip("cv2")

@@ -7,7 +7,7 @@ import pytest
 
 from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.tracking.matches import Matches
-from elastomorph.capturing.work.outcome import skin_agreement, surface_agreement
+from elastomorph.capturing.work.capture import skin_agreement, surface_agreement
 from needs import extra
 
 extra("embreex", "capture")

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from spotted import cameras, egg, seen
 
-from elastomorph.capturing.cameras.features import Features
-from elastomorph.capturing.cameras.matching import (
+from elastomorph.capturing.cameras.features import (
+    Features,
     Guide,
     compared,
     guided,

@@ -9,8 +9,8 @@ from spotted import cameras, centres_off, egg, finder, seen, taken
 
 import elastomorph.capturing.cameras.cameras as module
 from elastomorph.capturing.cameras.cameras import found_late
+from elastomorph.capturing.cameras.exact import Shots, Sparse
 from elastomorph.capturing.cameras.features import Features
-from elastomorph.capturing.cameras.sparse import Shots, Sparse
 from needs import extra
 
 extra("pycolmap", "capture")

@@ -9,7 +9,7 @@ from PIL import ExifTags, Image, ImageOps, TiffImagePlugin
 from scipy.ndimage import gaussian_filter
 
 from elastomorph.capturing.photographs.examining import compared, examine, sharpness
-from elastomorph.capturing.photographs.finding import find_masks, find_poses
+from elastomorph.capturing.photographs.photographs import find_masks, find_poses
 from elastomorph.capturing.photographs.pixels import Exif, read_exif, read_mask, read_upright
 from elastomorph.errors import CaptureError, FileError, FormatError
 

@@ -14,8 +14,7 @@ from children import started
 from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.capturing.geometry.similarity import Similarity
 from elastomorph.capturing.work.makers import code_of
-from elastomorph.capturing.work.packing import content_digest, packed
-from elastomorph.capturing.work.stages import Made, WorkingFolder
+from elastomorph.capturing.work.stages import Made, WorkingFolder, content_digest, packed
 from elastomorph.errors import FileError
 
 CAMERA = Camera("a.jpg", (750, 1000), 900.5, np.array([374.5, 499.5]), -0.1, np.eye(3), np.ones(3))

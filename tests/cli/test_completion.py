@@ -11,7 +11,6 @@ from typer.testing import CliRunner
 from effort import worked
 from elastomorph import samples
 from elastomorph.cli import app
-from elastomorph.cli.completion import answered, asked, joined
 from elastomorph.paths import Method
 
 SLIDERS = {"jawOpen", "smile"}
@@ -113,50 +112,3 @@ def test_what_cannot_be_read_has_no_sliders(
     files: Path, monkeypatch: pytest.MonkeyPatch, rig: str
 ) -> None:
     assert not offered(files, monkeypatch, "export", rig, "--only", "")
-
-
-@pytest.mark.parametrize(
-    ("pieces", "words", "there"),
-    [
-        (["export", "fa"], ["export", "fa"], ""),
-        (["--method", "beam", ":"], ["--method", "beam:"], "beam:"),
-        (["--method", "beam", ":", "2", ":", "li"], ["--method", "beam:2:li"], "beam:2:"),
-        (["-p", "a", "=", "1,b", "=", "0"], ["-p", "a=1,b=0"], "a=1,b="),
-        (["-p", "a", "=", "1", "-p", ""], ["-p", "a=1", "-p", ""], ""),
-        (["--only", "=", "a,"], ["--only=a,"], ""),
-        (["--pose", "=", "a", "=", "0"], ["--pose=a=0"], "a="),
-        (["-p", "a", "=", "--json"], ["-p", "a=", "--json"], ""),
-    ],
-)
-def test_words_that_bash_broke_are_joined(pieces: list[str], words: list[str], there: str) -> None:
-    assert joined(pieces) == (words, there)
-
-
-@pytest.mark.parametrize(
-    ("pieces", "expected"),
-    [
-        (["export", "face", "--method", "beam", ":"], ["2", "3"]),
-        (["render", "face", "--pose", "jawOpen", "=", "0.5,s"], None),
-        (["render", "face", "--pose", "=", "jawOpen", "=", "0."], ["0.25", "0.5", "0.75"]),
-        (["export", "face", "--only", "=", "ja"], ["jawOpen"]),
-        (["export", "face", "--only", ""], ["jawOpen", "smile"]),
-    ],
-)
-def test_bash_is_answered_with_the_piece_it_replaces(
-    files: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    pieces: list[str],
-    expected: list[str] | None,
-) -> None:
-    """As bash hands words over, broken at = and :, each on a line."""
-    monkeypatch.chdir(files)
-    monkeypatch.setenv("_ELASTOMORPH_COMPLETE", "complete_bash")
-    monkeypatch.setenv("COMP_WORDS", "\n".join(["elastomorph", *pieces]))
-    monkeypatch.setenv("COMP_CWORD", str(len(pieces)))
-    assert asked()
-    with pytest.raises(SystemExit) as ended:
-        answered(lambda: app([], prog_name="elastomorph"))
-    assert not ended.value.code
-    found = capsys.readouterr().out.split()
-    assert sorted(found) == (expected or [f"0.5,smile={w}" for w in ("0.25", "0.5", "0.75", "1")])

@@ -10,9 +10,8 @@ import pytest
 from planted_faults import baked, shuffled, turned_over
 
 from elastomorph.doctor import Examination, Thresholds, examine, examine_files, examine_rig
-from elastomorph.doctor.checks.order import NeutralOrder
+from elastomorph.doctor.checks.order import NeutralOrder, with_reversed
 from elastomorph.doctor.checks.sides import find_mirror
-from elastomorph.doctor.checks.winding import with_reversed
 from elastomorph.io import read, read_rig, write
 from elastomorph.model.geometry import component_of
 from elastomorph.model.mesh import Mesh

@@ -29,7 +29,7 @@ from elastomorph.doctor import (
     as_text,
     examine,
 )
-from elastomorph.doctor.checks.winding import with_reversed
+from elastomorph.doctor.checks.order import with_reversed
 from elastomorph.doctor.findings import Finding, finding
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.model.geometry import component_of

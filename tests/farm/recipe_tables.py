@@ -6,10 +6,10 @@ from dataclasses import fields
 from typing import Any
 
 from elastomorph.farm.pictures.settings import SETTINGS
+from elastomorph.farm.sampling.controls import Exclusion
 from elastomorph.farm.sampling.keys import keys_of
 from elastomorph.farm.sampling.mixtures import Mixture
 from elastomorph.farm.sampling.recipe import KINDS, Identity, Pictures, Timing
-from elastomorph.farm.sampling.rules import Exclusion
 
 HEADER = "| key | what it says | such as | default | must be |\n|---|---|---|---|---|"
 SCENE_HEADER = "| key | what it says | default | must be from |\n|---|---|---|---|"

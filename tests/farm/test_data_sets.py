@@ -197,7 +197,7 @@ def test_faces_are_the_same_in_units_and_blocks_of_any_size(
 ) -> None:
     whole = em.make_faces(rig, tmp_path / "whole.zarr", 5, render=16, vertices="float32")
     one = em.make_faces(rig, tmp_path / "one.zarr", 5, render=16, vertices="float32", unit=1)
-    monkeypatch.setattr("elastomorph.farm.making.unit._BLOCK_BYTES", 1)  # a face at a time
+    monkeypatch.setattr("elastomorph.farm.making.executors._BLOCK_BYTES", 1)  # a face at a time
     each = em.make_faces(rig, tmp_path / "each.zarr", 5, render=16, vertices="float32")
     for name in ("weights", "vertices", "images/colour", "images/depth"):
         rows = whole.array(name)[:]

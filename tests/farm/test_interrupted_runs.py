@@ -23,8 +23,7 @@ import elastomorph as em
 from elastomorph.errors import FileError, FormatError
 from elastomorph.farm.making import executors
 from elastomorph.farm.making import run as beginning
-from elastomorph.farm.making import unit as units
-from elastomorph.farm.making.unit import unit_shards
+from elastomorph.farm.making.executors import unit_shards
 from elastomorph.farm.making.verify import verify_faces
 from elastomorph.farm.storage.layout import DataSet, Plan
 from elastomorph.farm.storage.stores import Objects
@@ -245,13 +244,13 @@ def test_a_run_whose_data_set_is_replaced_writes_nothing_into_the_other(
         ) -> dict[str, bytes]:
             made = unit_shards(data, rows)
             if rows.start == UNIT:  # The second unit, which is written now
-                monkeypatch.setattr(units, "unit_shards", unit_shards)
+                monkeypatch.setattr(executors, "unit_shards", unit_shards)
                 shutil.rmtree(place)
                 record(tmp_path / "take.csv", rig, 0.5)
                 make(recipe=recipe, seed=seed)
             return made
 
-        monkeypatch.setattr(units, "unit_shards", replaced)
+        monkeypatch.setattr(executors, "unit_shards", replaced)
         with pytest.raises(FormatError, match="not the data set that it was"):
             make(recipe=recipe, seed=0)
         make("alone.zarr", recipe=recipe, seed=seed)

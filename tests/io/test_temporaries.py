@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from elastomorph.io import temporaries
-from elastomorph.io.temporaries import remove_orphans, temporary_folder, temporary_name
+from elastomorph.io import atomic
+from elastomorph.io.atomic import remove_orphans, temporary_folder, temporary_name
 
 posix = pytest.mark.skipif(os.name != "posix", reason="only POSIX can ask whether a process runs")
 
@@ -33,13 +33,13 @@ def left_by(program: str, folder: Path) -> Path:
 
 
 FILE = """
-from elastomorph.io.temporaries import temporary_name
+from elastomorph.io.atomic import temporary_name
 place = temporary_name(Path(sys.argv[1]) / "face.obj")
 place.write_text("half")
 print(place)
 """
 FOLDER = """
-from elastomorph.io.temporaries import temporary_folder
+from elastomorph.io.atomic import temporary_folder
 context = temporary_folder()
 place = context.__enter__()
 (place / "content.npz").write_text("half")
@@ -68,7 +68,7 @@ def test_what_this_process_is_writing_stays(tmp_path: Path) -> None:
 def test_what_another_machine_writes_stays_for_a_day(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(temporaries, "_machine", lambda: "0123abcd")
+    monkeypatch.setattr(atomic, "_machine", lambda: "0123abcd")
     theirs = temporary_name(tmp_path / "face.obj")
     monkeypatch.undo()
     theirs.write_text("half")

@@ -9,7 +9,7 @@ from parsed_page import Element, parsed
 
 from elastomorph.draw.graphs import error_graphs, time_graphs
 from elastomorph.evaluation import Evaluation
-from elastomorph.report.images import inline_svg
+from elastomorph.report.document import inline_svg
 
 
 def both(evaluation: Evaluation) -> Element:

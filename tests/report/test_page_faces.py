@@ -13,7 +13,7 @@ from elastomorph.evaluation.shape import ClosureSeam, Shape
 from elastomorph.evaluation.words import Lengths
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.report.faces import evaluation_pictures, look_alikes, telling_frame
-from elastomorph.report.walkthrough_page import closures_picture
+from elastomorph.report.walkthrough import closures_picture
 from small_meshes import grid
 
 

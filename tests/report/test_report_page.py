@@ -28,8 +28,7 @@ from elastomorph.paths import Method
 from elastomorph.physics import Material
 from elastomorph.report import About, Picture, report_page, write_report
 from elastomorph.report.comparison import live_viewer, recipe
-from elastomorph.report.document import Section
-from elastomorph.report.facts import compared
+from elastomorph.report.document import Section, compared
 
 SCRIPT = (files("elastomorph.report") / "templates" / "copy.js").read_text(encoding="utf-8")
 PAPER = "https://doi.org/10.3390/axioms13030185"

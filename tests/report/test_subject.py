@@ -17,8 +17,7 @@ from elastomorph.io.rig_folder import read_rig
 from elastomorph.model.morph import Choice
 from elastomorph.paths.auto import Auto
 from elastomorph.report.subject import rig_subject
-from elastomorph.report.walkthrough import Walkthrough
-from elastomorph.report.walkthrough_page import BeamTiming
+from elastomorph.report.walkthrough import BeamTiming, Walkthrough
 from scenes import ball
 
 

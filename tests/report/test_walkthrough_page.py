@@ -20,8 +20,14 @@ from elastomorph.model.morph import Choice, Morph
 from elastomorph.paths import interpolate
 from elastomorph.report import Picture
 from elastomorph.report.subject import Subject, built_in_subject
-from elastomorph.report.walkthrough import TargetPictures, advice, targets_table
-from elastomorph.report.walkthrough_page import BeamTiming, beam_words, write_walkthrough_report
+from elastomorph.report.walkthrough import (
+    BeamTiming,
+    TargetPictures,
+    advice,
+    beam_words,
+    targets_table,
+    write_walkthrough_report,
+)
 from elastomorph.viewer.page import shipped_page
 
 BEAM = BeamTiming("sneer", 0.0002)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import elastomorph as em
-from elastomorph.samples.materials import SKIN, materials
+from elastomorph.samples.built_in_head import SKIN, materials
 from needs import extra
 
 pytestmark = pytest.mark.realdata

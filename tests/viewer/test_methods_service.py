@@ -16,7 +16,7 @@ from elastomorph.cli.options import NamedRig
 from elastomorph.cli.view import _services
 from elastomorph.rig import Rig
 from elastomorph.viewer import ViewerServer, rig_scene, serve
-from elastomorph.viewer.answers import Offer
+from elastomorph.viewer.listening import Offer
 from small_head import head, shapes, straight
 
 COMMENTED = """\

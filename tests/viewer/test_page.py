@@ -13,9 +13,8 @@ from pages import Elements, read_back, scene_in
 import elastomorph as em
 from elastomorph.rig import Rig
 from elastomorph.viewer import SceneModel, comparison_scene, rig_scene, viewer_page, write_viewer
-from elastomorph.viewer.page import page_beside, shipped_page
+from elastomorph.viewer.page import alone_policy, page_beside, shipped_page
 from elastomorph.viewer.scene import Scene
-from elastomorph.viewer.shipped import alone_policy
 from small_head import head, shapes
 
 hostile = st.text(max_size=12) | st.lists(
@@ -119,7 +118,7 @@ def test_places_that_no_page_can_have(
 def test_a_missing_page_says_how_to_build_it(
     model: SceneModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("elastomorph.viewer.shipped.files", lambda package: tmp_path)
+    monkeypatch.setattr("elastomorph.viewer.page.files", lambda package: tmp_path)
     with pytest.raises(em.FileError, match="make page"):
         viewer_page(Scene((model,), "x"))
 

@@ -19,9 +19,9 @@ from pages import STAND_IN, scene_in
 import elastomorph as em
 from elastomorph.rig import Rig
 from elastomorph.viewer import Scene, ViewerServer, rig_scene, serve
-from elastomorph.viewer.answers import Answer, Receiver, text
+from elastomorph.viewer.listening import Answer, Receiver, text
+from elastomorph.viewer.page import alone_policy, served_policy
 from elastomorph.viewer.server import serve_page
-from elastomorph.viewer.shipped import alone_policy, served_policy
 
 
 @pytest.fixture(scope="module")

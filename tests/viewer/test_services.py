@@ -14,8 +14,8 @@ from pages import STAND_IN, scene_in
 import elastomorph as em
 from elastomorph.rig import Rig
 from elastomorph.viewer import Scene, ViewerServer, rig_scene, serve, viewer_page
-from elastomorph.viewer.answers import Answer, Receiver, Resource, Sent, text
-from elastomorph.viewer.shipped import served_policy
+from elastomorph.viewer.listening import Answer, Receiver, Resource, Sent, text
+from elastomorph.viewer.page import served_policy
 
 LIVE = "ws://127.0.0.1:4321/secret/"
 

@@ -13,7 +13,7 @@ from pages import read_back
 import elastomorph as em
 from elastomorph.rig import Rig
 from elastomorph.viewer import ViewerServer, rig_scene, serve
-from elastomorph.viewer.answers import Offer
+from elastomorph.viewer.listening import Offer
 from elastomorph.viewer.uploads import MOST_FILES, Uploads
 from streams import wait
 

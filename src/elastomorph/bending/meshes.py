@@ -39,8 +39,7 @@ from elastomorph.errors import warn
 from elastomorph.io.blend_shapes import curve_to_json
 from elastomorph.io.choices import choice_to_json
 from elastomorph.io.gltf import meshopt
-from elastomorph.io.gltf.accessor_writer import padded
-from elastomorph.io.gltf.accessors import COMPONENT_TYPES, TYPES, read_floats
+from elastomorph.io.gltf.accessors import COMPONENT_TYPES, TYPES, padded, read_floats
 from elastomorph.io.gltf.container import GltfFile
 from elastomorph.io.gltf.morph_targets import NormalField, normal_deltas
 from elastomorph.io.gltf.primitives import Attributes

@@ -17,7 +17,6 @@ from typing import Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
-from elastomorph.cli import completion
 from elastomorph.errors import ElastomorphError
 
 VERBS = {
@@ -150,10 +149,7 @@ def main(arguments: list[str] | None = None) -> None:
         _fail("an argument is empty: name what is meant, or leave it out")
     try:
         try:
-            if completion.asked():
-                completion.answered(app)
-            else:
-                app(arguments)
+            app(arguments)
         finally:
             sys.stdout.flush()
     except ElastomorphError as error:

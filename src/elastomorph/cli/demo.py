@@ -108,7 +108,7 @@ def _tell(found: Walkthrough, seconds: float, output: Path) -> None:
     from rich.console import Console
 
     from elastomorph.evaluation.words import counted
-    from elastomorph.report.walkthrough_page import beam_words, truth_words
+    from elastomorph.report.walkthrough import beam_words, truth_words
 
     console = Console(markup=False)  # of names too: they may hold brackets
     subject = found.subject

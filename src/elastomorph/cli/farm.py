@@ -264,8 +264,11 @@ def _landmarks(
     path: str | None, recipe: RecipeTables, place: str, rig: Rig
 ) -> Mapping[str, int] | str | None:
     """Those of the file or set named; for pictures without any, those that come with the rig."""
-    from elastomorph.capturing.landmarks.known_landmarks import POINT_SETS, known_landmarks
-    from elastomorph.capturing.landmarks.landmarks import read_landmarks
+    from elastomorph.capturing.landmarks.landmarks import (
+        POINT_SETS,
+        known_landmarks,
+        read_landmarks,
+    )
 
     if path is None:
         known = recipe.pictures is not None and not recipe.landmarks

@@ -21,13 +21,13 @@ from elastomorph.errors import ParameterError
 if TYPE_CHECKING:
     from elastomorph.rig import Rig
     from elastomorph.viewer import Scene, ViewerServer
-    from elastomorph.viewer.answers import Offer, Work
-    from elastomorph.viewer.face_files import FaceFile
+    from elastomorph.viewer.file_scenes import FaceFile
+    from elastomorph.viewer.listening import Offer, Work
 
 
 def face_file(named: NamedRig, name: str, say: Say) -> FaceFile:
     """A rig that was named, to be read when it is shown; ``name`` is how it was called."""
-    from elastomorph.viewer.face_files import FaceFile, gltf_in
+    from elastomorph.viewer.file_scenes import FaceFile, gltf_in
 
     def read(stored: Rig | None) -> Rig:
         return named.full(say, stored=stored)

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.doctor.checks import motion, placement, sides, surface, winding
+from elastomorph.doctor.checks import order, placement, sides, surface
 from elastomorph.doctor.checks import targets as shapes
 from elastomorph.doctor.checks.order import NeutralOrder
 from elastomorph.doctor.checks.sides import find_mirror
@@ -42,7 +42,7 @@ Say = Callable[[str], None]
 _TARGET_CHECKS: tuple[Callable[[Neutral, Mesh, str], list[Finding]], ...] = (
     shapes.jumping_vertices,
     surface.lost_area,
-    motion.in_between_pays,
+    shapes.in_between_pays,
 )
 # Findings that leave no vertex as it should be, so that another comparison says nothing new.
 _EVERYWHERE = frozenset({"noise", "baked-in-target"})
@@ -139,7 +139,7 @@ class _Examiner:
         self.say(f"examining {self.file}")
         self.findings += surface.examine_surface(self.neutral, self.file)
         if beam := self.settings.beam:
-            self.findings += motion.examine_material(self.neutral.mesh, self.file, beam)
+            self.findings += shapes.examine_material(self.neutral.mesh, self.file, beam)
         order = NeutralOrder(self.neutral.mesh, self.settings.seeds, self.limits.scale)
         files: list[str] = []
         for number, (given, target) in enumerate(targets):
@@ -200,22 +200,22 @@ class _Examiner:
 
     def _wind(self) -> None:
         """Where most targets run polygons the other way round, turn those of the neutral."""
-        wrong = winding.common_reversal([own.reversed for own in self.targets.values()])
+        wrong = order.common_reversal([own.reversed for own in self.targets.values()])
         if wrong is None:
             return
         which = np.flatnonzero(wrong)
         for file, own in self.targets.items():
-            own.mesh = winding.with_reversed(own.mesh, wrong)
+            own.mesh = order.with_reversed(own.mesh, wrong)
             if np.array_equal(own.reversed, wrong):
                 named = ("reversed-winding", file)
                 self.findings = [f for f in self.findings if (f.name, f.file) != named]
                 del own.done[0]
             elif not own.reversed.any():
-                self.findings.append(winding.reversed_finding(own.mesh, file, which, _MOST))
+                self.findings.append(order.reversed_finding(own.mesh, file, which, _MOST))
                 own.done.append(_WOUND)
         mesh = self.neutral.mesh
-        self.findings.append(winding.reversed_finding(mesh, self.file, which, _MOST))
-        self.mesh = winding.with_reversed(mesh, wrong)
+        self.findings.append(order.reversed_finding(mesh, self.file, which, _MOST))
+        self.mesh = order.with_reversed(mesh, wrong)
         self.neutral = Neutral(self.mesh, self.limits)
         self.done.append(_WOUND)
 
@@ -224,7 +224,7 @@ class _Examiner:
         mesh, frames = self.neutral.mesh, self._frames()
         common = placement.common_frame(list(frames.values()))
         # A mirror image shows its back: that of neutral and targets that does is the wrong one.
-        if common is not None and (not common.mirrored or winding.inside_out(mesh).any()):
+        if common is not None and (not common.mirrored or order.inside_out(mesh).any()):
             framed = placement.in_frame(mesh, common.inverse(), self.file, "most targets")
             self._take(self.file, framed, self.done)
             self.mesh = framed.mesh or mesh
@@ -288,7 +288,7 @@ class _Examiner:
 
     def _turn_inside_out(self) -> None:
         """Wind what shows its back the other way round, in all files."""
-        wrong = winding.inside_out(self.neutral.mesh)
+        wrong = order.inside_out(self.neutral.mesh)
         if not wrong.any():
             return
         which = np.flatnonzero(wrong)
@@ -296,9 +296,9 @@ class _Examiner:
         message = f"{shows} back, in all files alike: {listed(which)}"
         mesh = self.neutral.mesh
         self.findings.append(polygon_finding("inside-out", mesh, self.file, which, message))
-        self.mesh = winding.with_reversed(mesh, wrong)
+        self.mesh = order.with_reversed(mesh, wrong)
         for own in self.targets.values():
-            own.mesh = winding.with_reversed(own.mesh, wrong)
+            own.mesh = order.with_reversed(own.mesh, wrong)
         for done in (self.done, *(own.done for own in self.targets.values())):
             done.append("polygons turned to show their front")
 

@@ -16,8 +16,7 @@ from elastomorph.doctor.findings import Examination, Finding
 from elastomorph.doctor.settings import ExaminationSettings
 from elastomorph.errors import FileError, ParameterError
 from elastomorph.io import read, write
-from elastomorph.io.atomic import read_bytes, replacing
-from elastomorph.io.temporaries import temporary_name
+from elastomorph.io.atomic import read_bytes, replacing, temporary_name
 from elastomorph.model.mesh import Mesh
 
 _SUFFIX = ".obj"

@@ -15,7 +15,7 @@ from elastomorph.model.morph import Morph
 from elastomorph.numbers import is_whole
 from elastomorph.rig import Rig
 from elastomorph.rig.laws import Corrective
-from elastomorph.rig.performance.performance import Performance, slider_weights
+from elastomorph.rig.performance import Performance, slider_weights
 
 
 @dataclass(frozen=True, eq=False)

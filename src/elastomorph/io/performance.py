@@ -45,7 +45,8 @@ from elastomorph.io.npz.members import open_npz, write_arrays
 from elastomorph.io.rig_folder import rig_as_stored
 from elastomorph.io.timecode import Timecode, TimingError, parse_timecode, take_timing
 from elastomorph.io.untrusted import naming_file
-from elastomorph.rig.performance import HEAD_ANGLES, Performance, is_rotation
+from elastomorph.rig.naming import is_rotation
+from elastomorph.rig.performance import HEAD_ANGLES, Performance
 
 _TIMECODE, _COUNT = "timecode", "blendshapecount"
 

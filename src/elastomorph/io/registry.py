@@ -16,7 +16,7 @@ from typing import Any, Generic, TypeVar
 
 from elastomorph.errors import FileError, FormatError, MissingExtraError, ParameterError
 from elastomorph.io.atomic import is_file, is_folder, read_bytes, require_name
-from elastomorph.io.mistaken import require_meant
+from elastomorph.io.untrusted import require_meant
 from elastomorph.model.mesh import Mesh
 from elastomorph.rig import Rig
 

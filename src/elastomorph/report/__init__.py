@@ -2,8 +2,7 @@
 
 from elastomorph.report.capture import capture_page, write_capture_report
 from elastomorph.report.comparison import report_page, write_report
-from elastomorph.report.facts import About
-from elastomorph.report.images import Picture
+from elastomorph.report.document import About, Picture
 from elastomorph.report.movements import movements_page, write_movements_report
 
 __all__ = [

@@ -33,9 +33,14 @@ from elastomorph.draw.over_photographs import box_of, over_photograph
 from elastomorph.errors import FileError
 from elastomorph.evaluation.words import SPACE, counted, significant
 from elastomorph.model.mesh import Mesh
-from elastomorph.report.document import Section, document, require_page_path, write_page
-from elastomorph.report.facts import face_words
-from elastomorph.report.images import Picture
+from elastomorph.report.document import (
+    Picture,
+    Section,
+    document,
+    face_words,
+    require_page_path,
+    write_page,
+)
 
 Points = NDArray[np.float64]
 Pixels = NDArray[np.uint8]

@@ -31,10 +31,18 @@ from elastomorph.paths import Method
 from elastomorph.paths.options import options_of
 from elastomorph.physics import CLOSURES
 from elastomorph.physics.equation import HIGHEST_ORDER
-from elastomorph.report.document import Section, document, require_page_path, write_page
+from elastomorph.report.document import (
+    About,
+    Graph,
+    Picture,
+    Section,
+    compared,
+    document,
+    picture_sections,
+    require_page_path,
+    write_page,
+)
 from elastomorph.report.faces import evaluation_pictures, telling_frame
-from elastomorph.report.facts import About, compared
-from elastomorph.report.images import Graph, Picture, picture_sections
 from elastomorph.report.outcome import error_table, errors, outcome, ranked
 
 _PACKAGES = {

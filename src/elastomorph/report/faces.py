@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from elastomorph.draw.strips import TRUTH, error_strip, face_strip, side_by_side
 from elastomorph.evaluation import Evaluation, MethodResult
 from elastomorph.evaluation.words import Lengths, listed, percent
-from elastomorph.report.images import Picture
+from elastomorph.report.document import Picture
 
 _COLUMNS = 11
 _ALIKE = 2.5e-3

@@ -12,9 +12,18 @@ from elastomorph.evaluation.summary import MethodSummary, informed_methods, plac
 from elastomorph.evaluation.words import Lengths, counted, percent
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.report.comparison import recipe
-from elastomorph.report.document import Section, document, require_page_path, write_page
-from elastomorph.report.facts import About, curve_words, diameter_words, face_words, method_labels
-from elastomorph.report.images import Graph
+from elastomorph.report.document import (
+    About,
+    Graph,
+    Section,
+    curve_words,
+    diameter_words,
+    document,
+    face_words,
+    method_labels,
+    require_page_path,
+    write_page,
+)
 from elastomorph.report.outcome import error_table, errors, outcome, ranked
 
 _SCOPE = (

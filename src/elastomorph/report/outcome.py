@@ -11,8 +11,7 @@ from elastomorph.evaluation.conclusions import Verdict
 from elastomorph.evaluation.summary import MethodSummary, places, same
 from elastomorph.evaluation.table import PAPER_TABLE_1, SHAPE_COLUMNS, number_text, table_1
 from elastomorph.evaluation.words import SPACE, Lengths, counted
-from elastomorph.report.document import Section
-from elastomorph.report.facts import About
+from elastomorph.report.document import About, Section
 
 _TIMED = {"LME": "lme", "LAE": "lae", "mean LME": "mean_lme", "mean LAE": "mean_lae"}
 _LOW = "Low confidence too"

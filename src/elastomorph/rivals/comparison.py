@@ -28,8 +28,8 @@ from elastomorph.curves import CurveNetwork
 from elastomorph.errors import ElastomorphError, ElastomorphWarning
 from elastomorph.evaluation import Evaluation, MethodResult
 from elastomorph.evaluation.evaluation import Yardstick
+from elastomorph.io.atomic import temporary_folder
 from elastomorph.io.isolated import own_process
-from elastomorph.io.temporaries import temporary_folder
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.model.sequence import MeshSequence

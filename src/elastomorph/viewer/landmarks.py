@@ -22,14 +22,14 @@ from numpy.typing import NDArray
 
 from elastomorph.capturing.cameras.solved import SolvedPose
 from elastomorph.capturing.geometry.camera import Camera
-from elastomorph.capturing.landmarks.known_landmarks import known_landmarks
 from elastomorph.capturing.landmarks.landmarks import (
     LANDMARKS,
     Landmarks,
+    known_landmarks,
     parse_landmarks,
     write_landmarks,
 )
-from elastomorph.capturing.photographs.finding import find_poses
+from elastomorph.capturing.photographs.photographs import find_poses
 from elastomorph.capturing.photographs.pixels import opened_photograph
 from elastomorph.capturing.work.stages import WorkingFolder
 from elastomorph.capturing.work.template import read_template
@@ -39,9 +39,8 @@ from elastomorph.io.scan_colours import dressed, vertex_colours
 from elastomorph.model.appearance import Texture
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.polygons import Polygons
-from elastomorph.viewer.answers import HTML, Answer, Offer, Receiver, Resource, Sent, text
-from elastomorph.viewer.server import ViewerServer
-from elastomorph.viewer.shipped import (
+from elastomorph.viewer.listening import HTML, Answer, Offer, Receiver, Resource, Sent, text
+from elastomorph.viewer.page import (
     alone_head,
     built_page,
     filled,
@@ -49,6 +48,7 @@ from elastomorph.viewer.shipped import (
     require_web_page,
     served_policy,
 )
+from elastomorph.viewer.server import ViewerServer
 
 _MOST_EDGES = 400_000  # more of them would cover the surface
 

@@ -31,7 +31,7 @@ from elastomorph.paths import Method
 from elastomorph.paths.through import LAWS
 from elastomorph.rig import Rig
 from elastomorph.rig.build import extent_of, with_paths
-from elastomorph.viewer.answers import Offer, Sent, Work, model_file
+from elastomorph.viewer.listening import Offer, Sent, Work, model_file
 from elastomorph.viewer.rig_scenes import rig_model
 from elastomorph.viewer.scene import Scene
 

@@ -7,11 +7,19 @@ import threading
 from collections.abc import Mapping
 
 from elastomorph.errors import ParameterError
-from elastomorph.viewer.answers import HTML, Offer, Receiver, Resource, Work, model_file
-from elastomorph.viewer.listening import LOOPBACK, Handler, Listener
-from elastomorph.viewer.page import page_beside
+from elastomorph.viewer.listening import (
+    HTML,
+    LOOPBACK,
+    Handler,
+    Listener,
+    Offer,
+    Receiver,
+    Resource,
+    Work,
+    model_file,
+)
+from elastomorph.viewer.page import page_beside, report_policy, served_policy
 from elastomorph.viewer.scene import Scene
-from elastomorph.viewer.shipped import report_policy, served_policy
 
 # Browsers keep what people make by the port of a page, so it is the same one whenever it can be:
 # one that nobody has registered, below those that systems hand out.

@@ -22,9 +22,8 @@ from elastomorph.character.build import find_sources
 from elastomorph.errors import ElastomorphError, FileError, FormatError, ParameterError
 from elastomorph.io.registry import MESH_FORMATS, RIG_FORMATS, known_suffixes
 from elastomorph.rig import Rig
-from elastomorph.viewer.answers import Offer, Sent, Work, model_file
-from elastomorph.viewer.face_files import FaceFile
-from elastomorph.viewer.file_scenes import read_scene
+from elastomorph.viewer.file_scenes import FaceFile, read_scene
+from elastomorph.viewer.listening import Offer, Sent, Work, model_file
 from elastomorph.viewer.methods import MethodBench, Subject
 from elastomorph.viewer.scene import Scene
 

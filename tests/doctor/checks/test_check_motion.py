@@ -7,7 +7,7 @@ import pytest
 from planted_faults import grid, only, turn
 
 from elastomorph.doctor import BeamSettings, Thresholds
-from elastomorph.doctor.checks.motion import examine_material, in_between_pays
+from elastomorph.doctor.checks.targets import examine_material, in_between_pays
 from elastomorph.doctor.neutral import Neutral
 from elastomorph.model.mesh import Mesh
 from elastomorph.physics import Load, Material, modal_response

@@ -8,9 +8,13 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from planted_faults import grid, shuffled, turned_over
 
-from elastomorph.doctor.isomorphism.parts import Parts
-from elastomorph.doctor.isomorphism.polygons import reversed_polygons
-from elastomorph.doctor.isomorphism.search import Mismatch, Relabelling, find_relabelling
+from elastomorph.doctor.isomorphism import (
+    Mismatch,
+    Parts,
+    Relabelling,
+    find_relabelling,
+    reversed_polygons,
+)
 from elastomorph.model.mesh import Mesh
 
 

@@ -16,7 +16,7 @@ from viewer_checks import drawn, validated
 import needs
 from elastomorph.errors import MissingExtraError
 from elastomorph.io.gltf import read_glb, write_glb
-from elastomorph.io.gltf.accessor_writer import Grid, byte_normals, padded, within_reach
+from elastomorph.io.gltf.accessors import Grid, byte_normals, padded, within_reach
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph

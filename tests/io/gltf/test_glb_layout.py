@@ -7,8 +7,7 @@ import pytest
 from glb_samples import meshes, seamed_mesh, triangle
 from hypothesis import given, settings
 
-from elastomorph.io.gltf.layout import lay_out
-from elastomorph.io.gltf.mesh_extras import restored_surface, surface_extras
+from elastomorph.io.gltf.mesh_extras import lay_out, restored_surface, surface_extras
 from elastomorph.model.mesh import Mesh, UVMap
 
 

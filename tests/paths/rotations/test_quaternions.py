@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from elastomorph.model.geometry import connected_parts
 from elastomorph.paths.rotations import common_turns
-from elastomorph.paths.rotations.quaternions import (
+from elastomorph.paths.rotations.vertex_rotations import (
     aligned_with,
     nearest_quaternions,
     rotated,

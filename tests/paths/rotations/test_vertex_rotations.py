@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import elastomorph as em
 from elastomorph.paths.rotations import Neighbourhoods, VertexRotations, vertex_rotations
-from elastomorph.paths.rotations.quaternions import nearest_quaternions, rotation_vectors
+from elastomorph.paths.rotations.vertex_rotations import nearest_quaternions, rotation_vectors
 
 
 def rotations(mesh: em.Mesh, end: np.ndarray, rings: int = 2) -> np.ndarray:

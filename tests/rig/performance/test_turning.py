@@ -10,8 +10,7 @@ from hypothesis.extra.numpy import arrays
 
 import elastomorph as em
 from elastomorph.errors import ParameterError
-from elastomorph.rig.performance import HeadTurn, head_quaternions, head_rotations
-from elastomorph.rig.performance.performance import angles_of
+from elastomorph.rig.performance import HeadTurn, angles_of, head_quaternions, head_rotations
 
 QUARTER = np.pi / 2
 NOSE, CROWN, LEFT_EAR = np.eye(3)[[2, 1, 0]]

@@ -7,7 +7,7 @@ from pathlib import Path
 import elastomorph as em
 from elastomorph.cli.view import _scene, _services
 from elastomorph.viewer import ViewerServer, serve
-from elastomorph.viewer.answers import Offer
+from elastomorph.viewer.listening import Offer
 from small_head import head, shapes
 
 NAMES = ("eyeBlink_L", "jawOpen", "mouthSmile_L")

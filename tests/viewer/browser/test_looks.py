@@ -189,7 +189,7 @@ def test_the_theme_is_chosen(visit: Visit, faces: Faces) -> None:
 def test_in_a_frame(visit: Visit, faces: Faces, keep: Callable[[Page, str], None]) -> None:
     """As reports embed it: 800 by 500, in order, and wheel and keys reach it."""
     from elastomorph.viewer import viewer_page
-    from elastomorph.viewer.answers import Resource
+    from elastomorph.viewer.listening import Resource
     from elastomorph.viewer.server import ViewerServer
 
     around = (

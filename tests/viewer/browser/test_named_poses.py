@@ -15,7 +15,7 @@ from test_sliders import assert_posed, slider
 from visiting import COARSE, PHONE, Visit, settled, state, update, wait
 
 import elastomorph as em
-from elastomorph.rig.performance.poses import fitted_poses
+from elastomorph.rig.performance import fitted_poses
 
 if TYPE_CHECKING:
     from playwright.sync_api import Locator, Page

@@ -22,8 +22,7 @@ from visiting import FRAME, Visit, empty_page, settled, wait
 from cards import BLUE, FLAT, GREEN, RED, WHITE, image_of
 from elastomorph.cli.options import NamedRig
 from elastomorph.cli.view import face_file
-from elastomorph.viewer.face_files import FaceFile
-from elastomorph.viewer.file_scenes import read_scene
+from elastomorph.viewer.file_scenes import FaceFile, read_scene
 from gltf_builder import GltfBuilder
 
 if TYPE_CHECKING:

@@ -47,6 +47,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.capturing.cameras.exact import (
+    Lens,
+    Shots,
+    Sparse,
     cloud,
     farthest_off,
     matched,
@@ -56,13 +59,14 @@ from elastomorph.capturing.cameras.exact import (
 )
 from elastomorph.capturing.cameras.features import (
     Features,
+    Pairs,
+    compared,
     find_features,
     quiet_pycolmap,
     seen_enlarged,
+    strongest,
 )
-from elastomorph.capturing.cameras.matching import Pairs, compared, strongest
 from elastomorph.capturing.cameras.solved import SolvedPose
-from elastomorph.capturing.cameras.sparse import Lens, Shots, Sparse
 from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.capturing.photographs.photographs import FEWEST, Photograph, Photographs
 from elastomorph.errors import CaptureError

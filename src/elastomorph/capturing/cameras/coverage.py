@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.landmarks.typical_face import typical_face
+from elastomorph.capturing.landmarks.landmarks import typical_face
 
 Points = NDArray[np.float64]
 

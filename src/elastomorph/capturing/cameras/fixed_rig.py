@@ -21,12 +21,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.capturing.cameras.cameras import Say, found_and_solved, refined
-from elastomorph.capturing.cameras.exact import cloud, farthest_off, matched, misfits, reprojection
-from elastomorph.capturing.cameras.features import Features, find_features
-from elastomorph.capturing.cameras.matching import Pairs, compared, neighbours, off_lines, strongest
+from elastomorph.capturing.cameras.exact import (
+    Shots,
+    Sparse,
+    cloud,
+    farthest_off,
+    matched,
+    misfits,
+    reprojection,
+)
+from elastomorph.capturing.cameras.features import (
+    Features,
+    Pairs,
+    compared,
+    find_features,
+    neighbours,
+    off_lines,
+    strongest,
+)
 from elastomorph.capturing.cameras.models import Given
 from elastomorph.capturing.cameras.solved import SolvedPose
-from elastomorph.capturing.cameras.sparse import Shots, Sparse
 from elastomorph.capturing.geometry.camera import Camera, nearest_to_lines
 from elastomorph.capturing.photographs.photographs import Photograph, Photographs
 from elastomorph.errors import CaptureError

@@ -21,6 +21,8 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -29,8 +31,9 @@ from numpy.typing import NDArray
 
 from elastomorph.capturing.geometry.camera import Camera, nearest_to_lines
 from elastomorph.capturing.geometry.similarity import Similarity, fit_similarity
-from elastomorph.errors import CaptureError, FormatError
-from elastomorph.io.atomic import read_bytes, replacing
+from elastomorph.errors import CaptureError, FileError, FormatError, ParameterError
+from elastomorph.io.atomic import is_file, read_bytes, replacing
+from elastomorph.model.mesh import Mesh
 
 _DISAGREE = 0.05
 _FARTHEST_FROM_TEMPLATE = 2.0
@@ -320,3 +323,194 @@ def fit_to_scale(
     source = factor * np.array([found[name] for name in names])
     rigid = fit_similarity(source, np.array([template[name] for name in names]), rigid=True)
     return Similarity(factor, rigid.rotation, rigid.shift)
+
+
+# Landmarks of templates that nobody needs to pick: our own head, and ICT FaceKit's.
+#
+# Three sets of points: the few that people click on, the 68 of face trackers, and MediaPipe's
+# 478. Our own head is ICT FaceKit's, so both have the same.
+
+# Of the 68 points that face trackers number: the jaw from the subject's right ear to the left,
+# brows, nose, eyes, lips.
+_OF_68: Mapping[str, int] = {
+    "nose_tip": 30,
+    "right_eye_outer": 36,
+    "right_eye_inner": 39,
+    "left_eye_inner": 42,
+    "left_eye_outer": 45,
+    "nose_bridge": 27,
+    "right_nostril": 31,
+    "left_nostril": 35,
+    "mouth_right": 48,
+    "mouth_left": 54,
+    "upper_lip": 51,
+    "lower_lip": 57,
+    "chin": 8,
+    "right_jaw": 3,
+    "left_jaw": 13,
+}
+_OF_ICT = 26_719  # vertices of the whole neutral
+_LISTS, _LIST = "vertex_indices.json", "idx_to_landmark_verts"
+
+POINT_SETS = ("clicks", "68", "mediapipe")
+"""Sets of points by name."""
+
+
+def known_landmarks(template: str | Path, mesh: Mesh, points: str = "clicks") -> dict[str, int]:
+    """Landmarks that come with a template, landmark → vertex; empty where none do.
+
+    They are those of our own head for every mesh with its polygons, and for other files those of
+    ``vertex_indices.json`` beside them, where that lists the 68 points of ICT FaceKit.
+
+    Args:
+        template: The file or rig, or what names our own head.
+        mesh: What was read from it.
+        points: ``clicks``, by names; ``68``, of face trackers, or ``mediapipe``, by numbers.
+
+    Raises:
+        ParameterError: There is no such set.
+        FormatError: The list beside the file names vertices that the template does not have.
+    """
+    from elastomorph.samples import head, landmarks
+
+    if points not in POINT_SETS:
+        raise ParameterError(f"points are {', '.join(POINT_SETS)}, found {points!r}")
+    ours = len(mesh.vertices) == len(head().vertices) and mesh.faces == head().faces
+    if ours:
+        listed = {str(number): vertex for number, vertex in enumerate(landmarks())}
+    else:
+        file = template if mesh.source is None else mesh.source.path
+        lists = Path(file).parent / _LISTS
+        listed = _listed(lists, mesh) if is_file(lists) else {}
+    if points == "68" or not listed:
+        return listed
+    if points == "mediapipe":
+        dense = _mediapipe() if ours or len(mesh.vertices) == _OF_ICT else ()
+        return {str(number): vertex for number, vertex in enumerate(dense)}
+    return {name: listed[str(number)] for name, number in _OF_68.items()}
+
+
+def _listed(lists: Path, mesh: Mesh) -> dict[str, int]:
+    try:
+        found = json.loads(read_bytes(lists))
+    except (ValueError, RecursionError, FileError):
+        return {}
+    vertices = found.get(_LIST) if isinstance(found, dict) else None
+    if not isinstance(vertices, list) or len(vertices) != 68:
+        return {}
+    for vertex in vertices:
+        if type(vertex) is not int or not 0 <= vertex < len(mesh.vertices):
+            raise FormatError(
+                lists,
+                f"{_LIST} names vertex {vertex!r} of a template with {len(mesh.vertices):,}; move "
+                "the list away from a template that it is not of",
+            )
+    return {str(number): vertex for number, vertex in enumerate(vertices)}
+
+
+@cache
+def _mediapipe() -> tuple[int, ...]:
+    """The vertices of MediaPipe's points on our own head, which ICT FaceKit numbers alike.
+
+    Found on its pictures by the model itself, see ``tools/find_landmark_sets.py``.
+    """
+    content = (files("elastomorph.capturing.landmarks") / "sets.json").read_text(encoding="utf-8")
+    return tuple(json.loads(content))
+
+
+# Where landmarks are on a face, roughly: which way it looks, how large it is, if it is one.
+
+
+# Towards the subject's left, up and out of the face; their root mean square is 1.
+_TYPICAL: Mapping[str, tuple[float, float, float]] = {
+    "nose_tip": (0.0, 0.15, 0.68),
+    "right_eye_outer": (-0.85, 0.79, -0.13),
+    "right_eye_inner": (-0.33, 0.76, -0.06),
+    "left_eye_inner": (0.33, 0.76, -0.06),
+    "left_eye_outer": (0.85, 0.79, -0.13),
+    "nose_bridge": (0.0, 0.85, 0.23),
+    "right_nostril": (-0.25, -0.11, 0.26),
+    "left_nostril": (0.25, -0.11, 0.26),
+    "mouth_right": (-0.48, -0.51, 0.14),
+    "mouth_left": (0.48, -0.51, 0.14),
+    "upper_lip": (0.0, -0.37, 0.43),
+    "lower_lip": (0.0, -0.69, 0.36),
+    "chin": (0.0, -1.28, 0.16),
+    "right_jaw": (-1.18, -0.25, -1.13),
+    "left_jaw": (1.18, -0.25, -1.13),
+}
+_FEWEST, _FEWEST_IN_PHOTOGRAPH = 4, 6
+# Root mean square distance from the typical face, of one, above which landmarks are on no face.
+# Two heads that differ much are 0.15 from it; the landmarks in any other order 0.5 and more.
+_NO_FACE = 0.35
+# Cosine to the front from which on it is certain which side of a face is seen.
+_SIDEWAYS = 0.3
+
+
+def typical_face(points: Mapping[str, Points], where: str) -> Similarity:
+    """The similarity from a typical face to landmarks.
+
+    The typical face has its middle at the origin and a size of 1; x points to the subject's left,
+    y up and z out of the face.
+
+    Args:
+        points: landmark → (3,).
+        where: they are, for messages.
+
+    Raises:
+        CaptureError: Fewer than four landmarks, left and right exchanged, or no face.
+    """
+    names = [name for name in _TYPICAL if name in points]
+    if len(names) < _FEWEST:
+        raise CaptureError(
+            f"{where}: {len(names)} landmarks, expected at least {_FEWEST}; place more with "
+            "'elastomorph landmarks'"
+        )
+    typical = np.array([_TYPICAL[name] for name in names])
+    goal = np.array([points[name] for name in names])
+    found = fit_similarity(typical, goal)
+    off = _distance(found, typical, goal)
+    mirrored = _distance(fit_similarity(typical, goal, mirrored=True), typical, goal)
+    if mirrored < off / 2:
+        raise CaptureError(
+            f"{where}: the landmarks are those of a mirrored face: left and right are the "
+            "subject's own"
+        )
+    if off > _NO_FACE:
+        raise CaptureError(
+            f"{where}: the landmarks do not lie as on a face (they are {off:.0%} of its size from "
+            "where they should be): check their names, and that this is a face"
+        )
+    return found
+
+
+def require_sides(places: Mapping[str, tuple[float, float]], where: str) -> None:
+    """Refuse landmarks of a photograph in which left and right are exchanged.
+
+    A camera far away takes points X to A X + b. Whether it stands before the face or, as it seems
+    where sides are exchanged, within the head is the sign of the rows of A, crossed.
+
+    Args:
+        places: landmark → (x, y) in pixels.
+        where: they are, for messages.
+
+    Raises:
+        CaptureError: They are exchanged.
+    """
+    names = [name for name in _TYPICAL if name in places]
+    if len(names) < _FEWEST_IN_PHOTOGRAPH:
+        return
+    typical = np.array([_TYPICAL[name] for name in names])
+    seen = np.array([places[name] for name in names], dtype=np.float64)
+    matrix = np.linalg.lstsq(typical - typical.mean(axis=0), seen - seen.mean(axis=0))[0]
+    towards = np.cross(matrix[:, 0], matrix[:, 1])
+    if towards[2] > _SIDEWAYS * np.linalg.norm(towards) > 0:
+        raise CaptureError(
+            f"{where}: left and right of the landmarks are exchanged: they are the subject's own, "
+            "so that the left eye is on the right of a photograph; place them again"
+        )
+
+
+def _distance(found: Similarity, typical: Points, goal: Points) -> float:
+    """Root mean square distance in sizes of the typical face."""
+    return float(np.sqrt(((found(typical) - goal) ** 2).sum(axis=1).mean()) / found.scale)

@@ -41,15 +41,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.capturing.geometry.camera import Camera, View
-from elastomorph.capturing.geometry.closest_fit import along_normals, robust, to_places, to_points
-from elastomorph.capturing.geometry.comparing import correlation, flow_engine
-from elastomorph.capturing.geometry.deformation import Deformation
+from elastomorph.capturing.geometry.deformation import (
+    Deformation,
+    along_normals,
+    robust,
+    to_places,
+    to_points,
+)
 from elastomorph.capturing.geometry.parts import Parts
-from elastomorph.capturing.geometry.sampling import pixel_grid, sampled
+from elastomorph.capturing.geometry.sampling import correlation, flow_engine, pixel_grid, sampled
 from elastomorph.capturing.geometry.surface import Hits, Surface
 from elastomorph.capturing.geometry.table import Table
-from elastomorph.capturing.landmarks.landmarks import fit_landmarks
-from elastomorph.capturing.landmarks.typical_face import typical_face
+from elastomorph.capturing.landmarks.landmarks import fit_landmarks, typical_face
 from elastomorph.errors import CaptureError
 
 Points = NDArray[np.float64]

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.capturing.geometry.closest_fit import robust
+from elastomorph.capturing.geometry.deformation import robust
 from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.model.geometry import sides_of
 

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.landmarks.known_landmarks import known_landmarks
+from elastomorph.capturing.landmarks.landmarks import known_landmarks
 from elastomorph.capturing.scans.correspondence import outer
 from elastomorph.capturing.scans.expressions import Expressions
 from elastomorph.capturing.work.registered import Registered

@@ -53,8 +53,7 @@ from elastomorph.capturing.scans.registered_files import (
 from elastomorph.capturing.scans.scans import Scan, Skin, mesh_in, read_scan
 from elastomorph.capturing.tracking.confidence import confidences
 from elastomorph.capturing.tracking.matches import Matches
-from elastomorph.capturing.tracking.reference import Reference
-from elastomorph.capturing.tracking.tracking import TrackedPose, follow
+from elastomorph.capturing.tracking.tracking import Reference, TrackedPose, follow
 from elastomorph.capturing.work.registered import Registered
 from elastomorph.errors import CaptureError, FormatError, ParameterError, warn
 from elastomorph.model.mesh import Mesh, require_mesh, require_same_topology

@@ -19,13 +19,12 @@ from pathlib import Path
 from typing import Any
 
 from elastomorph import errors
-from elastomorph.capturing.work.packing import packed, unpacked
 from elastomorph.capturing.work.progress import StageSay
+from elastomorph.capturing.work.stages import packed, unpacked
 from elastomorph.errors import CaptureError, ElastomorphError, FileError
-from elastomorph.io.atomic import unnoted
+from elastomorph.io.atomic import temporary_folder, unnoted
 from elastomorph.io.isolated import own_process
 from elastomorph.io.npz.members import open_npz, write_arrays
-from elastomorph.io.temporaries import temporary_folder
 
 _ROOM = "elastomorph.capturing"
 _GIVEN, _FOUND, _PROBLEM, _NOISE = "given.npz", "found.npz", "problem.json", "noise.txt"

@@ -28,12 +28,10 @@ from elastomorph.capturing.landmarks.landmarks import Landmarks, fit_to_scale, t
 from elastomorph.capturing.neutral.neutral import neutral_surface
 from elastomorph.capturing.neutral.texture import Painted, paint
 from elastomorph.capturing.photographs.examining import examine
-from elastomorph.capturing.photographs.photographs import Photographs
-from elastomorph.capturing.photographs.views import Views
+from elastomorph.capturing.photographs.photographs import Photographs, Views
 from elastomorph.capturing.tracking.confidence import confidences, expected_errors
 from elastomorph.capturing.tracking.matches import Matches
-from elastomorph.capturing.tracking.reference import Reference
-from elastomorph.capturing.tracking.tracking import follow
+from elastomorph.capturing.tracking.tracking import Reference, follow
 from elastomorph.capturing.work.apart import done_apart
 from elastomorph.capturing.work.progress import StageSay
 from elastomorph.capturing.work.template import Template

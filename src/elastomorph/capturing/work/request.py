@@ -15,9 +15,15 @@ from os import PathLike
 from pathlib import Path
 
 from elastomorph.capturing.cameras.models import Given, given_cameras
-from elastomorph.capturing.landmarks.landmarks import LANDMARKS, Distance, Landmarks, read_landmarks
-from elastomorph.capturing.landmarks.typical_face import require_sides, typical_face
-from elastomorph.capturing.photographs.finding import find_masks, find_poses
+from elastomorph.capturing.landmarks.landmarks import (
+    LANDMARKS,
+    Distance,
+    Landmarks,
+    read_landmarks,
+    require_sides,
+    typical_face,
+)
+from elastomorph.capturing.photographs.photographs import find_masks, find_poses
 from elastomorph.capturing.photographs.pixels import upright_size
 from elastomorph.capturing.work import RIGS, TO
 from elastomorph.capturing.work.captured import CAMERAS, CONFIDENCE, FIGURES

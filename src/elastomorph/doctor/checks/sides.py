@@ -12,11 +12,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.doctor.checks.winding import inside_out
+from elastomorph.doctor.checks.order import inside_out
 from elastomorph.doctor.findings import Finding, finding, percent
-from elastomorph.doctor.isomorphism.parts import Parts
-from elastomorph.doctor.isomorphism.polygons import reversed_polygons
-from elastomorph.doctor.isomorphism.search import Relabelling, find_relabelling
+from elastomorph.doctor.isomorphism import Parts, Relabelling, find_relabelling, reversed_polygons
 from elastomorph.doctor.neutral import Neutral
 from elastomorph.doctor.settings import SIDES
 from elastomorph.errors import ParameterError

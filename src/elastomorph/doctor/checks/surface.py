@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.doctor.checks.winding import inconsistent_winding
+from elastomorph.doctor.checks.order import inconsistent_winding
 from elastomorph.doctor.findings import Finding, counted, finding, listed, polygon_finding
 from elastomorph.doctor.neutral import HalfEdges, Neutral
 from elastomorph.model.geometry import component_of

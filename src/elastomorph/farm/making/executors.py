@@ -10,6 +10,7 @@ from __future__ import annotations
 import asyncio
 import signal
 import socket
+import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import (
     FIRST_COMPLETED,
@@ -20,14 +21,17 @@ from concurrent.futures import (
     wait,
 )
 from contextlib import ExitStack, contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib.metadata import version
 from importlib.util import find_spec
 from itertools import islice
 from logging import CRITICAL
 from multiprocessing import resource_tracker
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from elastomorph.blas_threads import usable_cores
 from elastomorph.errors import (
@@ -37,12 +41,85 @@ from elastomorph.errors import (
     MissingExtraError,
     ParameterError,
 )
-from elastomorph.farm.making.unit import Made, make_unit
-from elastomorph.farm.storage.layout import DataSet
-from elastomorph.farm.storage.stores import Order
+from elastomorph.farm.storage.contents import Faces
+from elastomorph.farm.storage.layout import REPLACED, DataSet, opened
+from elastomorph.farm.storage.manifest import Shard, packing
+from elastomorph.farm.storage.posing import TOGETHER
+from elastomorph.farm.storage.stores import Order, naming_store
 
 if TYPE_CHECKING:
     from distributed import Client
+
+
+# One unit of a data set: made and written whole, once, by whoever is asked to.
+
+_BLOCK, _BLOCK_BYTES = 4 * TOGETHER, 64 * 2**20
+"""Faces in memory at a time beside their codes: so many, or fewer where they are large."""
+
+
+@dataclass(frozen=True)
+class Made:
+    """What was done: 0 seconds and bytes where the unit was finished before."""
+
+    unit: int
+    faces: int
+    seconds: float
+    bytes: int
+
+
+def make_unit(order: Order, identity: str, unit: int) -> Made:
+    """Make and write a unit, unless it is finished; the same bits wherever it is done.
+
+    Args:
+        order: Where the data set is.
+        identity: Of the data set that is meant (`DataSet.identity`).
+        unit: Number of the unit.
+
+    Raises:
+        FileError: The store cannot be written, or is no data set.
+        FormatError: Another data set has taken the place of the one that is meant.
+    """
+    start = time.perf_counter()
+    with naming_store(order):
+        data = opened(order)
+        if data.identity != identity:
+            raise FormatError(order.url, REPLACED)
+        rows = data.manifest.rows(unit)
+        if data.manifest.finished(unit):
+            return Made(unit, len(rows), 0.0, 0)
+        shards = unit_shards(data, rows)
+        data.require_in_place()  # Units of pictures take a minute
+        data.objects.put({data.manifest.shard(n, unit): own for n, own in shards.items()})
+        data.require_in_place()
+        size = data.manifest.finish(unit, shards)
+    return Made(unit, len(rows), time.perf_counter() - start, size)
+
+
+def unit_shards(data: DataSet, rows: range) -> dict[str, bytes]:
+    """The shard of every array for the faces of a unit; empty where it need not be there."""
+    pack = packing(data.plan.codec, checked=data.plan.checked)
+    arrays = {name: data.array(name) for name in data.plan.arrays}
+    shards = {n: Shard(data.plan.unit, own.chunks[0], pack) for n, own in arrays.items()}
+    for made in unit_rows(data, rows):
+        for name, values in made.items():
+            shards[name].add(values)
+    return {name: shard.content() for name, shard in shards.items()}
+
+
+def unit_rows(data: DataSet, rows: range) -> Iterator[dict[str, NDArray[Any]]]:
+    """The rows of every array for some faces, a block at a time, so that little is in memory."""
+    codes = data.sampler.codes(rows.start, rows.stop)
+    if not data.contents:
+        yield {"weights": codes}
+        return
+    size = sum(label.bytes for content in data.contents for label in content.labels.values())
+    block = max(1, min(_BLOCK, _BLOCK_BYTES // size))
+    for faces in Faces(data.poser, codes, np.arange(rows.start, rows.stop)).blocks(block):
+        made: dict[str, NDArray[Any]] = {"weights": faces.codes}
+        for content in data.contents:
+            made |= content.made(faces)
+        yield made
+
 
 _ANSWER = 15.0  # Seconds in which a scheduler must answer
 _PATIENCE = 60.0  # Seconds in which the first worker must come
@@ -250,3 +327,60 @@ def _require_same(
 
 def _versions() -> dict[str, str]:
     return {name: version(name) for name in _PACKAGES}
+
+
+# How far a run is, and sizes and times for people.
+
+
+@dataclass
+class Progress:
+    """How far a run is. Its text is for people."""
+
+    faces: int  # To be made in all
+    done: int  # Finished, before this run and in it
+    bytes: int = 0  # Written in this run
+    before: int = field(default=0)  # Finished before this run
+    start: float = field(default_factory=time.monotonic)
+
+    def __post_init__(self) -> None:
+        self.before = self.done
+
+    def add(self, made: Made) -> None:
+        """Count a unit."""
+        self.done += made.faces
+        self.bytes += made.bytes
+
+    @property
+    def rate(self) -> float:
+        """Faces a second in this run."""
+        return (self.done - self.before) / max(time.monotonic() - self.start, 1e-9)
+
+    def __str__(self) -> str:
+        left = (self.faces - self.done) / self.rate if self.rate else float("inf")
+        per_face = self.bytes / max(self.done - self.before, 1)
+        return (
+            f"{self.done:,} of {self.faces:,} faces, {rate_text(self.rate)} a second, "
+            f"{size_text(self.bytes)} written, {time_text(left)} and "
+            f"{size_text((self.faces - self.done) * per_face)} to go"
+        )
+
+
+def size_text(size: float) -> str:
+    """Bytes."""
+    units = ("bytes", "kB", "MB", "GB", "TB", "PB")
+    power = next((p for p in range(len(units) - 1) if size < 1000 ** (p + 1)), len(units) - 1)
+    return f"{size / 1000**power:,.{min(power, 1)}f} {units[power]}"
+
+
+def rate_text(rate: float) -> str:
+    """So many a second."""
+    return f"{rate:,.0f}" if rate >= 10 else f"{rate:.2g}"
+
+
+def time_text(seconds: float) -> str:
+    """A time."""
+    if seconds == float("inf"):
+        return "unknown time"
+    if seconds < 120:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:,.1f} h"

@@ -20,8 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError, ParameterError
-from elastomorph.farm.making.executors import client_of, make_units
-from elastomorph.farm.making.progress import Progress
+from elastomorph.farm.making.executors import Progress, client_of, make_units
 from elastomorph.farm.reading.faces import FaceSet, open_faces
 from elastomorph.farm.sampling.recipe import Recipe
 from elastomorph.farm.sampling.sampler import FaceSampler
@@ -39,8 +38,8 @@ from elastomorph.farm.storage.layout import (
     rig_hash,
     same_rig,
 )
+from elastomorph.farm.storage.manifest import zarr_codecs
 from elastomorph.farm.storage.posing import Poser
-from elastomorph.farm.storage.shards import zarr_codecs
 from elastomorph.farm.storage.stores import Objects, Order, naming_store, order_of
 from elastomorph.farm.storage.wanted import LEAST, Wanted, pictured
 from elastomorph.numbers import is_whole, power_of_two

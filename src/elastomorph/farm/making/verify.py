@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from elastomorph.blas_threads import usable_cores
 from elastomorph.errors import FormatError, ParameterError
-from elastomorph.farm.making.unit import unit_rows
+from elastomorph.farm.making.executors import unit_rows
 from elastomorph.farm.storage.contents import Faces
 from elastomorph.farm.storage.layout import BEGIN_ANEW, DataSet
 from elastomorph.farm.storage.stores import naming_damage, naming_store, order_of

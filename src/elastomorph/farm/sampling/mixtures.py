@@ -23,7 +23,7 @@ from elastomorph.farm.sampling.lanes import Lanes, below, gamma, sizes, whole_nu
 from elastomorph.io.npz.members import open_npz
 from elastomorph.io.performance import read_performance
 from elastomorph.io.untrusted import naming_file
-from elastomorph.rig.performance.matching import match
+from elastomorph.rig.performance import match
 
 Rows = NDArray[np.int64]
 Tables = Mapping[str, NDArray[Any]]

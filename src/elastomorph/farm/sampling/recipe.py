@@ -22,11 +22,10 @@ from elastomorph.character.document import Document, Where, as_found, nearest, o
 from elastomorph.errors import ElastomorphError, ParameterError
 from elastomorph.farm.pictures.settings import ARRAYS, LARGEST, SETTINGS
 from elastomorph.farm.sampling.columns import LEVELS, TIME, Codes, Column
-from elastomorph.farm.sampling.controls import Controls, KeyedError
+from elastomorph.farm.sampling.controls import FARTHEST, Controls, Exclusion, KeyedError, Span
 from elastomorph.farm.sampling.keys import RecipeKey, key, read_keys, read_value, stated
 from elastomorph.farm.sampling.lanes import codes_of, normal
 from elastomorph.farm.sampling.mixtures import Dirichlet, Grid, Mixture, Sparse, Take, Uniform
-from elastomorph.farm.sampling.rules import FARTHEST, Exclusion, Span
 from elastomorph.io.untrusted import shortened
 from elastomorph.numbers import is_whole
 from elastomorph.rig.timing import NAMES, by_name

@@ -16,7 +16,14 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError
 from elastomorph.farm.sampling.columns import LEVELS, Codes, Columns
-from elastomorph.farm.sampling.controls import Anatomy, Controls, KeyedError, places_of
+from elastomorph.farm.sampling.controls import (
+    Anatomy,
+    Controls,
+    Excluding,
+    KeyedError,
+    places_of,
+    slider_columns,
+)
 from elastomorph.farm.sampling.lanes import Lanes, random_lanes, stride_of, whole_numbers
 from elastomorph.farm.sampling.mixtures import Drawing
 from elastomorph.farm.sampling.recipe import (
@@ -27,7 +34,6 @@ from elastomorph.farm.sampling.recipe import (
     recipe_from_text,
     scene_singles,
 )
-from elastomorph.farm.sampling.rules import Excluding, slider_columns
 from elastomorph.numbers import is_whole
 from elastomorph.rig.rig import Rig
 

@@ -11,8 +11,8 @@ from elastomorph.farm.sampling.keys import keys_of
 from elastomorph.farm.sampling.recipe import Pictures, Recipe
 from elastomorph.farm.sampling.sampler import FaceSampler, as_recipe
 from elastomorph.farm.storage.contents import Encoding
+from elastomorph.farm.storage.manifest import require_codec
 from elastomorph.farm.storage.posing import Poser
-from elastomorph.farm.storage.shards import require_codec
 from elastomorph.numbers import is_whole
 from elastomorph.rig.rig import Rig
 
@@ -92,7 +92,7 @@ def pictured(recipe: Any, render: int | None) -> Recipe:
 def _landmarks(rig: Rig, given: Mapping[str, int] | str) -> dict[str, int]:
     count = len(rig.neutral.vertices)
     if isinstance(given, str):
-        from elastomorph.capturing.landmarks.known_landmarks import known_landmarks
+        from elastomorph.capturing.landmarks.landmarks import known_landmarks
 
         known = known_landmarks(rig.neutral.name, rig.neutral, given)
         if not known:

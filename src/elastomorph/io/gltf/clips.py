@@ -24,8 +24,7 @@ from numpy.typing import NDArray
 from elastomorph.errors import ParameterError, warn
 from elastomorph.io.atomic import is_file
 from elastomorph.io.blend_shapes import different_names
-from elastomorph.io.gltf.accessor_writer import AccessorWriter
-from elastomorph.io.gltf.accessors import read_floats
+from elastomorph.io.gltf.accessors import AccessorWriter, read_floats
 from elastomorph.io.gltf.container import GltfFile, entry_of, object_of, open_gltf
 from elastomorph.io.gltf.nodes import world_above
 from elastomorph.io.gltf.primitives import target_names

@@ -24,8 +24,7 @@ from numpy.typing import NDArray
 from elastomorph.errors import FileError, FormatError
 from elastomorph.io.atomic import read_bytes
 from elastomorph.io.gltf import meshopt
-from elastomorph.io.mistaken import refuse_mistaken
-from elastomorph.io.untrusted import MemoryBudget
+from elastomorph.io.untrusted import MemoryBudget, refuse_mistaken
 
 
 def entry_of(file: GltfFile, key: str, number: Any) -> dict[str, Any]:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.io.gltf.accessor_writer import Grid, largest_move
-from elastomorph.io.gltf.layout import Layout
+from elastomorph.io.gltf.accessors import Grid, largest_move
+from elastomorph.io.gltf.mesh_extras import Layout
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.morph import Morph
 from elastomorph.model.polygons import Polygons

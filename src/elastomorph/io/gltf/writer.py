@@ -23,12 +23,11 @@ from numpy.typing import ArrayLike, NDArray
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import replacing
 from elastomorph.io.blend_shapes import driven_weights, require_turn
-from elastomorph.io.gltf.accessor_writer import AccessorWriter, Grid, byte_normals, within_reach
+from elastomorph.io.gltf.accessors import AccessorWriter, Grid, byte_normals, within_reach
 from elastomorph.io.gltf.appearance import Looks
 from elastomorph.io.gltf.clips import turn_channels, turned_nodes
 from elastomorph.io.gltf.container import glb_chunks, without_empty
-from elastomorph.io.gltf.layout import Layout, lay_out
-from elastomorph.io.gltf.mesh_extras import packed, surface_extras
+from elastomorph.io.gltf.mesh_extras import Layout, lay_out, packed, surface_extras
 from elastomorph.io.gltf.meshopt import require_meshopt
 from elastomorph.io.gltf.morph_targets import (
     KeptMorph,

@@ -2,10 +2,10 @@
 
 from elastomorph.paths.rotations.bends import ArcBend, EdgeBend, PolynomialBend, moments_needed
 from elastomorph.paths.rotations.least_distortion import LeastDistortion, SurfaceEdges
-from elastomorph.paths.rotations.quaternions import common_turns
 from elastomorph.paths.rotations.vertex_rotations import (
     Neighbourhoods,
     VertexRotations,
+    common_turns,
     vertex_rotations,
 )
 
