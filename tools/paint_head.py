@@ -19,7 +19,7 @@ from scipy.spatial import cKDTree
 import elastomorph as em
 from elastomorph.model.geometry import component_of
 from elastomorph.model.mesh import FaceLabels, Mesh
-from elastomorph.samples.materials import IMAGES, SKIN
+from elastomorph.samples.built_in_head import IMAGES, SKIN
 from photographs.noise import Spots, ValueNoise
 from texels import (
     Floats,
