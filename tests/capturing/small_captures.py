@@ -69,10 +69,7 @@ class Counted(Makers):
 
     calls: list[str]
     before: Callable[[str], None] = lambda stage: None
-    versions: dict[str, str] | None = None
-
-    def code(self, stage: str) -> str:
-        return (self.versions or {}).get(stage, "1")
+    version: str = "1"
 
     def note(self, stage: str) -> None:
         self.before(stage)

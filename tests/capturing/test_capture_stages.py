@@ -125,8 +125,8 @@ def test_a_run_interrupted_at_any_stage_goes_on_with_the_same_result(
 
 def changed(photos: Path, output: Path, **options: Any) -> list[str]:
     """What is made again, after all was made, with the result of a run that made all of it."""
-    versions = options.pop("versions", {})
-    again, fresh = (Counted([], versions=versions) for _ in range(2))
+    version = options.pop("version", "1")
+    again, fresh = (Counted([], version=version) for _ in range(2))
     run(photos, output, again, **options)
     run(photos, output.with_name("fresh"), fresh, **options)
     shown = [apart_from_seconds(files_of(folder)) for folder in (output, output.with_name("fresh"))]
@@ -175,8 +175,9 @@ def test_what_changed_and_what_depends_on_it_is_made_again_and_no_more(
     options["rig"] = "fixed"
     assert changed(photos, output, **options) == ["rig", *STAGES[5:]]
 
-    options["versions"] = {"poses": "2"}
-    assert changed(photos, output, **options) == ["poses", "poses", "poses"]
+    whole = Counted([])
+    run(photos, tmp_path / "whole", whole, **options)
+    assert changed(photos, output, version="2", **options) == whole.calls
 
 
 def test_what_is_not_used_changes_nothing(photos: Path, tmp_path: Path) -> None:

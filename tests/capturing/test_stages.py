@@ -13,7 +13,6 @@ import pytest
 from children import started
 from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.capturing.geometry.similarity import Similarity
-from elastomorph.capturing.work.makers import code_of
 from elastomorph.capturing.work.stages import Made, WorkingFolder, content_digest, packed
 from elastomorph.errors import FileError
 
@@ -97,32 +96,8 @@ def test_what_changed_and_what_depends_on_it_is_made_again(tmp_path: Path) -> No
 
 def test_another_version_is_made_again(tmp_path: Path) -> None:
     with WorkingFolder(tmp_path) as working:
-        working.made("a", {}, lambda: 1, code_of("cameras"))
-        assert working.made("a", {}, lambda: 2, code_of("tracking")).read() == 2
-
-
-def test_the_version_of_a_stage_is_its_code_and_all_code_of_the_rooms_below_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from elastomorph.capturing.work import makers
-
-    for room in ("geometry", "cameras", "neutral"):
-        (tmp_path / room).mkdir()
-        (tmp_path / room / "code.py").write_text(room)
-    monkeypatch.setattr(makers, "_FOLDER", tmp_path)
-
-    def versions() -> list[str]:
-        code_of.cache_clear()
-        return [code_of(room) for room in ("geometry", "cameras", "neutral")]
-
-    try:
-        before = versions()
-        assert versions() == before
-        (tmp_path / "cameras" / "code.py").write_text("changed")
-        after = versions()
-    finally:
-        code_of.cache_clear()
-    assert [a == b for a, b in zip(before, after, strict=True)] == [True, False, False]
+        working.made("a", {}, lambda: 1, "one")
+        assert working.made("a", {}, lambda: 2, "other").read() == 2
 
 
 @pytest.mark.parametrize("damage", ["cut", "flipped", "empty", "text"])

@@ -463,8 +463,7 @@ class Work:
     ) -> Made[Any]:
         if name not in self._made:
             say = self.progress.begun(name)
-            version = self.makers.code(name.partition("/")[0])
-            made = self.working.made(name, depends, lambda: make(say), version)
+            made = self.working.made(name, depends, lambda: make(say), self.makers.version)
             self.progress.done(name, made.seconds, anew=made.anew)
             self._made[name] = made
         return self._made[name]

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from hashlib import blake2b
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -36,42 +35,17 @@ from elastomorph.capturing.work.apart import done_apart
 from elastomorph.capturing.work.progress import StageSay
 from elastomorph.capturing.work.template import Template
 from elastomorph.errors import CaptureError
+from elastomorph.io.rig_cache import code_version
 
 Points = NDArray[np.float64]
 
-_FOLDER = Path(__file__).parents[1]
-_MAKERS = _FOLDER / "work" / "makers.py"
-# Each imports nothing of those behind it, as pyproject.toml has it too.
-_ROOMS_READ = ("geometry", "landmarks", "photographs", "cameras", "tracking", "neutral")
-_LIBRARIES = (
-    "elastomorph",
-    "embreex",
-    "numpy",
-    "opencv-python-headless",
-    "pillow",
-    "pycolmap",
-    "scipy",
-)
+_LIBRARIES = ("embreex", "opencv-python-headless", "pillow", "pycolmap", "scipy")
 
 
 @cache
-def code_of(room: str) -> str:
-    """A digest of a room of code, of those that it may import, and of the libraries' versions.
-
-    What hands the rooms their arguments counts to each; the rest of the package is named by its
-    version.
-
-    Args:
-        room: Name of its folder, as "tracking".
-    """
-    digest = blake2b(digest_size=16)
-    for library in _LIBRARIES:
-        digest.update(f"{library} {_version(library)} ".encode())
-    rooms = _ROOMS_READ[: _ROOMS_READ.index(room) + 1]
-    files = [file for each in rooms for file in sorted((_FOLDER / each).glob("*.py"))]
-    for file in (_MAKERS, *files):
-        digest.update(f"{file.parent.name}/{file.name} ".encode() + file.read_bytes())
-    return digest.hexdigest()
+def versions() -> str:
+    """Names the code that makes results: of this package, and of the libraries it hands work to."""
+    return " ".join([code_version(), *(f"{name} {_version(name)}" for name in _LIBRARIES)])
 
 
 def _version(package: str) -> str:
@@ -82,17 +56,6 @@ def _version(package: str) -> str:
 
 
 _APART = 0.03  # of the longer side: clicks farther from one point than this are of several
-# The room of code whose work a stage is.
-_ROOMS = {
-    "photographs": "photographs",
-    "cameras": "cameras",
-    "rig": "cameras",
-    "placed": "landmarks",
-    "neutral": "neutral",
-    "texture": "neutral",
-    "frames": "cameras",
-    "poses": "tracking",
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,9 +95,10 @@ class Posed:
 class Makers:
     """What makes the result of each stage, by the functions of the rooms below this one."""
 
-    def code(self, stage: str) -> str:
-        """The version of the code of a kind of stage."""
-        return code_of(_ROOMS[stage])
+    @property
+    def version(self) -> str:
+        """Of the code that makes them."""
+        return versions()
 
     def photographs(
         self, pose: str, files: Sequence[Path], masks: Mapping[Path, Path]
