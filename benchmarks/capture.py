@@ -35,7 +35,7 @@ from captured.outcome import Outcome, by_surface, camera_errors, read_bundle
 from captured.rows import camera_rows, details, pose_rows, scan_errors, scan_flags, shown_in
 from captured.running import Run, ran
 from captured.table import Row, shown
-from elastomorph.capturing.landmarks.landmarks import Landmarks, write_landmarks
+from elastomorph.capturing.landmarks import Landmarks, write_landmarks
 from measuring import data_folder
 from photographs.backdrop import Backdrop
 from photographs.rendering import Scene

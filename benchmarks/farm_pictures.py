@@ -21,7 +21,7 @@ from numcodecs import Blosc
 from numpy.typing import NDArray
 
 import elastomorph as em
-from elastomorph.capturing.landmarks.landmarks import known_landmarks
+from elastomorph.capturing.landmarks import known_landmarks
 from elastomorph.draw.stage import Stage
 from elastomorph.farm.pictures.painter import Painter
 from elastomorph.farm.pictures.settings import ARRAYS

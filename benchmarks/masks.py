@@ -39,8 +39,8 @@ sys.path.append(str(Path(__file__).parents[1] / "tools"))
 import elastomorph as em
 from captured.geometry import closest
 from captured.judging import extent, normals_of
-from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.landmarks.landmarks import Landmarks, known_landmarks
+from elastomorph.capturing.geometry import Surface
+from elastomorph.capturing.landmarks import Landmarks, known_landmarks
 from elastomorph.capturing.scans.placing import laid_over, looked_up
 from elastomorph.capturing.scans.registration import placing_of
 from elastomorph.capturing.scans.scans import read_scan

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 import elastomorph as em
-from elastomorph.capturing.landmarks.landmarks import read_landmarks
+from elastomorph.capturing.landmarks import read_landmarks
 from elastomorph.draw import drag_picture
 from elastomorph.rig.tracking import Tracked
 from measuring import data_folder

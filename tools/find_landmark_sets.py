@@ -4,7 +4,7 @@
 
 The head is drawn in one colour from three sides, MediaPipe's face landmarker finds its points in
 the pictures, each goes back along its ray to the surface, and the nearest vertex of the skin to the
-median of the views is taken. Writes `src/elastomorph/capturing/landmarks/sets.json`. Needs the
+median of the views is taken. Writes `src/elastomorph/capturing/landmark_sets.json`. Needs the
 packages mediapipe and embreex, and the model.
 """
 
@@ -25,7 +25,7 @@ from elastomorph.model.geometry import connected_parts
 from elastomorph.model.polygons import polygon_normals
 from elastomorph.samples import head
 
-SETS = Path(__file__).parents[1] / "src/elastomorph/capturing/landmarks/sets.json"
+SETS = Path(__file__).parents[1] / "src/elastomorph/capturing/landmark_sets.json"
 YAWS = (0.0, -25.0, 25.0)
 PIXELS = 700
 SKIN, LIGHT = np.array([225.0, 180.0, 155.0]), np.array([0.3, 0.4, 0.86])

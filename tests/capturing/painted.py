@@ -3,8 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from elastomorph.capturing.geometry.camera import Camera, View
-from elastomorph.capturing.geometry.surface import Surface
+from elastomorph.capturing.geometry import Camera, Surface, View
 
 
 def grid(count: int, curve: float = 0.15) -> tuple[np.ndarray, np.ndarray]:

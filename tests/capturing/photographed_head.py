@@ -11,10 +11,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import elastomorph as em
-from elastomorph.capturing.geometry.camera import Camera, View, open_view
-from elastomorph.capturing.geometry.similarity import Similarity
-from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.landmarks.landmarks import read_landmarks, triangulated
+from elastomorph.capturing.geometry import Camera, Similarity, Surface, View, open_view
+from elastomorph.capturing.landmarks import read_landmarks, triangulated
 from photographs.sessions import Session, photograph
 from photographs.truth import Truth
 

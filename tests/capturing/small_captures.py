@@ -14,11 +14,10 @@ import numpy as np
 import elastomorph as em
 from elastomorph.capturing.cameras.frames import Frame
 from elastomorph.capturing.cameras.solved import SolvedPose
-from elastomorph.capturing.geometry.camera import Camera
-from elastomorph.capturing.geometry.similarity import Similarity
-from elastomorph.capturing.landmarks.landmarks import _TYPICAL, LANDMARKS, Landmarks
-from elastomorph.capturing.neutral.texture import Painted
-from elastomorph.capturing.photographs.photographs import Photograph, Photographs
+from elastomorph.capturing.geometry import Camera, Similarity
+from elastomorph.capturing.landmarks import _TYPICAL, LANDMARKS, Landmarks
+from elastomorph.capturing.neutral import Painted
+from elastomorph.capturing.photographs import Photograph, Photographs
 from elastomorph.capturing.work.capture import made
 from elastomorph.capturing.work.captured import Captured
 from elastomorph.capturing.work.makers import Makers, Placed, Posed

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import elastomorph as em
-from elastomorph.capturing.landmarks.landmarks import Landmarks, write_landmarks
+from elastomorph.capturing.landmarks import Landmarks, write_landmarks
 
 Points = NDArray[np.float64]
 

@@ -10,8 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 import elastomorph as em
-from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.landmarks.landmarks import Landmarks
+from elastomorph.capturing.geometry import Surface
+from elastomorph.capturing.landmarks import Landmarks
 from elastomorph.capturing.scans import registration
 from elastomorph.model.surface import triangulate
 from small_head import bare_head, landmarks

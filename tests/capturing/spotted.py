@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from elastomorph.capturing.cameras.features import Features
-from elastomorph.capturing.geometry.camera import Camera
-from elastomorph.capturing.geometry.similarity import fit_similarity
-from elastomorph.capturing.photographs.photographs import Photograph, Photographs
+from elastomorph.capturing.geometry import Camera, fit_similarity
+from elastomorph.capturing.photographs import Photograph, Photographs
 
 SIZE = (750, 1000)
 FOCAL = 1300.0

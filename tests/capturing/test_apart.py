@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import elastomorph as em
-from elastomorph.capturing.geometry.similarity import Similarity
+from elastomorph.capturing.geometry import Similarity
 from elastomorph.capturing.work import apart
 from elastomorph.capturing.work.apart import done_apart
 from streams import wait

@@ -19,10 +19,8 @@ from elastomorph.capturing.cameras.models import (
     write_bundler,
     write_colmap,
 )
-from elastomorph.capturing.geometry.camera import Camera
-from elastomorph.capturing.photographs.examining import examine
-from elastomorph.capturing.photographs.photographs import find_poses
-from elastomorph.capturing.photographs.pixels import read_upright
+from elastomorph.capturing.geometry import Camera
+from elastomorph.capturing.photographs import examine, find_poses, read_upright
 from elastomorph.errors import CaptureError, FileError, FormatError
 from needs import extra
 

@@ -7,8 +7,7 @@ import pytest
 from PIL import Image
 from scipy.spatial.transform import Rotation
 
-from elastomorph.capturing.geometry.camera import Camera, open_view
-from elastomorph.capturing.geometry.similarity import Similarity
+from elastomorph.capturing.geometry import Camera, Similarity, open_view
 from elastomorph.errors import FormatError
 
 RANDOM = np.random.default_rng(8)

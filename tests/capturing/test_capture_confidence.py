@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from painted import grid, ring
 
-from elastomorph.capturing.geometry.deformation import Deformation
-from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.tracking.confidence import (
+from elastomorph.capturing.geometry import Deformation, Surface
+from elastomorph.capturing.tracking import (
     Observations,
     beside,
     confidences,

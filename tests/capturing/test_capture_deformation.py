@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from test_capture_surface import ball
 
-from elastomorph.capturing.geometry.deformation import Deformation
+from elastomorph.capturing.geometry import Deformation
 
 SURFACE = ball(14)
 REST = SURFACE.vertices

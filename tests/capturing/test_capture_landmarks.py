@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from elastomorph.capturing.geometry.camera import Camera
-from elastomorph.capturing.geometry.similarity import Similarity
-from elastomorph.capturing.landmarks.landmarks import (
+from elastomorph.capturing.geometry import Camera, Similarity
+from elastomorph.capturing.landmarks import (
     LANDMARKS,
     Landmarks,
     fit_landmarks,

@@ -3,9 +3,8 @@
 import numpy as np
 from painted import grid
 
-from elastomorph.capturing.geometry.deformation import Deformation
-from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.tracking.tracking import folded, touching
+from elastomorph.capturing.geometry import Deformation, Surface
+from elastomorph.capturing.tracking import folded, touching
 
 COUNT = 21
 

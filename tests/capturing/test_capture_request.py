@@ -15,7 +15,7 @@ from PIL import ExifTags, Image
 from small_captures import landmarks, template, write_photographs
 
 import elastomorph as em
-from elastomorph.capturing.landmarks.landmarks import LANDMARKS, Landmarks, write_landmarks
+from elastomorph.capturing.landmarks import LANDMARKS, Landmarks, write_landmarks
 from elastomorph.capturing.work import request
 from elastomorph.capturing.work import request as requests
 from elastomorph.capturing.work.request import Request, requested

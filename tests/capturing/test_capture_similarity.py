@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from elastomorph.capturing.geometry.similarity import (
+from elastomorph.capturing.geometry import (
     Similarity,
     agreeing,
     fit_similarity,

@@ -19,7 +19,7 @@ import pytest
 
 import elastomorph as em
 from children import started
-from elastomorph.capturing.geometry.similarity import fit_similarity
+from elastomorph.capturing.geometry import fit_similarity
 from needs import extra
 
 for module in ("pycolmap", "cv2", "embreex"):

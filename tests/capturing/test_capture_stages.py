@@ -16,7 +16,7 @@ from small_captures import COUNT, POSES, Counted, landmarks, run, template, writ
 import elastomorph as em
 from children import started
 from elastomorph.capturing.cameras.models import write_colmap
-from elastomorph.capturing.geometry.camera import Camera
+from elastomorph.capturing.geometry import Camera
 from elastomorph.capturing.work.request import requested
 from elastomorph.io.mtl import with_looks
 from elastomorph.io.npz.members import open_npz

@@ -17,9 +17,8 @@ for module in ("pycolmap", "cv2", "embreex"):
     extra(module, "capture")
 
 from elastomorph.capturing.cameras.solved import SolvedPose  # noqa: E402
-from elastomorph.capturing.geometry.camera import Camera  # noqa: E402
-from elastomorph.capturing.geometry.similarity import Similarity  # noqa: E402
-from elastomorph.capturing.landmarks.landmarks import LANDMARKS, Landmarks  # noqa: E402
+from elastomorph.capturing.geometry import Camera, Similarity  # noqa: E402
+from elastomorph.capturing.landmarks import LANDMARKS, Landmarks  # noqa: E402
 from elastomorph.capturing.work.makers import Makers  # noqa: E402
 from elastomorph.capturing.work.request import distance_of, require_known  # noqa: E402
 from elastomorph.capturing.work.template import Template  # noqa: E402

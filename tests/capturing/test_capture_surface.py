@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from elastomorph.capturing.geometry.camera import Camera
-from elastomorph.capturing.geometry.surface import Surface, closest_weights
+from elastomorph.capturing.geometry import Camera, Surface, closest_weights
 
 
 def soup(seed: int, count: int = 60) -> Surface:

@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 from painted import grid, paint, photograph, ring
 
-from elastomorph.capturing.geometry.similarity import Similarity
-from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.tracking.matches import Matches
-from elastomorph.capturing.tracking.tracking import Reference, follow
+from elastomorph.capturing.geometry import Similarity, Surface
+from elastomorph.capturing.tracking import Matches, Reference, follow
 from elastomorph.errors import CaptureError
 
 pytest.importorskip("cv2")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.tracking.matches import Matches
+from elastomorph.capturing.geometry import Surface
+from elastomorph.capturing.tracking import Matches
 from elastomorph.capturing.work.capture import skin_agreement, surface_agreement
 from needs import extra
 

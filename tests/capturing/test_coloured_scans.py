@@ -17,8 +17,7 @@ cv2 = extra("cv2", "capture")
 from painted import paint  # noqa: E402
 from small_scans import in_single_steps, marked, middle, posed, rig, scanned  # noqa: E402
 
-from elastomorph.capturing.geometry.similarity import Similarity  # noqa: E402
-from elastomorph.capturing.geometry.surface import Surface  # noqa: E402
+from elastomorph.capturing.geometry import Similarity, Surface  # noqa: E402
 from elastomorph.capturing.scans.nonrigid import Elastic  # noqa: E402
 from elastomorph.capturing.scans.placing import Marks, placed_next  # noqa: E402
 from elastomorph.capturing.scans.registered_files import read_face  # noqa: E402

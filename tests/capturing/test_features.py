@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 from elastomorph.capturing.cameras.features import Features, find_features
-from elastomorph.capturing.photographs.photographs import Photograph
+from elastomorph.capturing.photographs import Photograph
 from needs import extra
 
 extra("pycolmap", "capture")

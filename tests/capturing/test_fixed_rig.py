@@ -13,8 +13,8 @@ import elastomorph.capturing.cameras.fixed_rig as module
 from elastomorph.capturing.cameras.cameras import solve_pose
 from elastomorph.capturing.cameras.fixed_rig import looked_at, same_cameras, solve_in_rig, solve_rig
 from elastomorph.capturing.cameras.frames import brought
-from elastomorph.capturing.geometry.camera import Camera
-from elastomorph.capturing.photographs.photographs import Photograph, Photographs
+from elastomorph.capturing.geometry import Camera
+from elastomorph.capturing.photographs import Photograph, Photographs
 from elastomorph.errors import CaptureError
 from needs import extra
 

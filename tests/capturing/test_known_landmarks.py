@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import elastomorph as em
-from elastomorph.capturing.landmarks.landmarks import LANDMARKS, known_landmarks
+from elastomorph.capturing.landmarks import LANDMARKS, known_landmarks
 from elastomorph.samples import head
 
 PAIRS = [(name, name.replace("right", "left")) for name in LANDMARKS if "right" in name]

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from painted import grid, photograph, ring
 
-from elastomorph.capturing.geometry.camera import Camera, View
-from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.neutral.neutral import Lips, cropped
+from elastomorph.capturing.geometry import Camera, Surface, View
+from elastomorph.capturing.neutral import Lips, cropped
 from needs import extra
 
 extra("cv2", "capture")

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from elastomorph.capturing.geometry.similarity import Similarity
-from elastomorph.capturing.landmarks.landmarks import (
+from elastomorph.capturing.geometry import Similarity
+from elastomorph.capturing.landmarks import (
     Landmarks,
     factor_of,
     fit_to_scale,

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from photographed_head import Head, photographed_head
 
-import elastomorph.capturing.neutral.neutral as module
+import elastomorph.capturing.neutral as module
 from elastomorph.capturing.cameras.coverage import missing_cameras
-from elastomorph.capturing.geometry.similarity import Similarity
-from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.neutral.neutral import NeutralSurface, neutral_surface
+from elastomorph.capturing.geometry import Similarity, Surface
+from elastomorph.capturing.neutral import NeutralSurface, neutral_surface
 from elastomorph.errors import CaptureError
 from needs import extra
 

@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 
 import elastomorph as em
-from elastomorph.capturing.geometry.camera import Camera, View, open_view
-from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.landmarks.landmarks import triangulated
-from elastomorph.capturing.neutral.neutral import neutral_surface
+from elastomorph.capturing.geometry import Camera, Surface, View, open_view
+from elastomorph.capturing.landmarks import triangulated
+from elastomorph.capturing.neutral import neutral_surface
 from needs import extra
 from small_head import head as small_head
 from small_head import landmarks

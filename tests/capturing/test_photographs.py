@@ -8,9 +8,17 @@ import pytest
 from PIL import ExifTags, Image, ImageOps, TiffImagePlugin
 from scipy.ndimage import gaussian_filter
 
-from elastomorph.capturing.photographs.examining import compared, examine, sharpness
-from elastomorph.capturing.photographs.photographs import find_masks, find_poses
-from elastomorph.capturing.photographs.pixels import Exif, read_exif, read_mask, read_upright
+from elastomorph.capturing.photographs import (
+    Exif,
+    compared,
+    examine,
+    find_masks,
+    find_poses,
+    read_exif,
+    read_mask,
+    read_upright,
+    sharpness,
+)
 from elastomorph.errors import CaptureError, FileError, FormatError
 
 RANDOM = np.random.default_rng(5)

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from elastomorph.capturing.cameras.frames import brought, near_still, paired, still_vertices
 from elastomorph.capturing.cameras.solved import SolvedPose
-from elastomorph.capturing.geometry.similarity import Similarity
+from elastomorph.capturing.geometry import Similarity
 from elastomorph.errors import CaptureError
 
 TURNED = Similarity(

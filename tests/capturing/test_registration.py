@@ -18,9 +18,8 @@ extra("cv2", "capture")
 
 from small_scans import in_single_steps, marked, moved, posed, rig, scanned  # noqa: E402
 
-from elastomorph.capturing.geometry.similarity import Similarity  # noqa: E402
-from elastomorph.capturing.geometry.surface import Surface  # noqa: E402
-from elastomorph.capturing.landmarks.landmarks import Landmarks  # noqa: E402
+from elastomorph.capturing.geometry import Similarity, Surface  # noqa: E402
+from elastomorph.capturing.landmarks import Landmarks  # noqa: E402
 from elastomorph.capturing.scans import registration  # noqa: E402
 from elastomorph.capturing.scans.correspondence import ScanPoints  # noqa: E402
 from elastomorph.capturing.scans.nonrigid import Elastic, Held  # noqa: E402

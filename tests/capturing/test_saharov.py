@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from elastomorph.capturing.cameras.cameras import solve_pose
-from elastomorph.capturing.geometry.similarity import fit_similarity
-from elastomorph.capturing.photographs.examining import examine
-from elastomorph.capturing.photographs.photographs import find_poses
+from elastomorph.capturing.geometry import fit_similarity
+from elastomorph.capturing.photographs import examine, find_poses
 from needs import extra
 
 extra("pycolmap", "capture")

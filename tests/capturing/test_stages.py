@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from children import started
-from elastomorph.capturing.geometry.camera import Camera
-from elastomorph.capturing.geometry.similarity import Similarity
+from elastomorph.capturing.geometry import Camera, Similarity
 from elastomorph.capturing.work.stages import Made, WorkingFolder, content_digest, packed
 from elastomorph.errors import FileError
 

@@ -5,11 +5,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from elastomorph.capturing.geometry.camera import Camera, View
-from elastomorph.capturing.geometry.deformation import along_normals, robust, to_points
-from elastomorph.capturing.geometry.parts import Parts
-from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.neutral.neutral import curved, offsets_from, pairs_of
+from elastomorph.capturing.geometry import (
+    Camera,
+    Parts,
+    Surface,
+    View,
+    along_normals,
+    robust,
+    to_points,
+)
+from elastomorph.capturing.neutral import curved, offsets_from, pairs_of
 from elastomorph.errors import CaptureError
 from needs import extra
 

@@ -21,7 +21,7 @@ extra("cv2", "capture")
 from small_masks import mask_rig, write_take  # noqa: E402
 from small_scans import in_single_steps  # noqa: E402
 
-from elastomorph.capturing.landmarks.landmarks import read_landmarks  # noqa: E402
+from elastomorph.capturing.landmarks import read_landmarks  # noqa: E402
 from elastomorph.capturing.scans import registered_files, registration  # noqa: E402
 from elastomorph.capturing.work.registered import Registered  # noqa: E402
 from elastomorph.io.npz.confidence import read_confidence  # noqa: E402

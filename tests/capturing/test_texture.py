@@ -10,9 +10,8 @@ import pytest
 from PIL import Image
 
 import elastomorph as em
-from elastomorph.capturing.geometry.camera import Camera
-from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.neutral.texture import Painted, paint
+from elastomorph.capturing.geometry import Camera, Surface
+from elastomorph.capturing.neutral import Painted, paint
 from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
 from needs import extra
 

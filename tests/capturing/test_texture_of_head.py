@@ -10,8 +10,8 @@ import pytest
 from photographed_head import SESSION, cameras_of
 
 import elastomorph as em
-from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.neutral.texture import paint
+from elastomorph.capturing.geometry import Surface
+from elastomorph.capturing.neutral import paint
 from elastomorph.model.mesh import Mesh, UVMap
 from needs import extra
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import elastomorph as em
-from elastomorph.capturing.landmarks.landmarks import _TYPICAL, require_sides, typical_face
+from elastomorph.capturing.landmarks import _TYPICAL, require_sides, typical_face
 from elastomorph.capturing.work.template import Template
 from elastomorph.errors import CaptureError
 from small_head import head, landmarks

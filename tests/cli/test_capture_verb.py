@@ -10,7 +10,7 @@ import pytest
 from calls import printed_by, status_of
 
 import elastomorph as em
-from elastomorph.capturing.landmarks.landmarks import write_landmarks
+from elastomorph.capturing.landmarks import write_landmarks
 from needs import extra
 
 extra("pycolmap", "capture")

@@ -14,7 +14,7 @@ from small_files import write_all
 import elastomorph as em
 from children import started
 from elastomorph import samples
-from elastomorph.capturing.landmarks.landmarks import LANDMARKS, read_landmarks
+from elastomorph.capturing.landmarks import LANDMARKS, read_landmarks
 from elastomorph.viewer import ViewerServer
 from small_head import head
 

@@ -12,7 +12,7 @@ from calls import status_of as run
 from scipy.spatial.transform import Rotation
 
 import elastomorph as em
-from elastomorph.capturing.landmarks.landmarks import Landmarks, write_landmarks
+from elastomorph.capturing.landmarks import Landmarks, write_landmarks
 from elastomorph.io.performance import read_performance
 
 NAMES = [f"m{number}" for number in range(12)]

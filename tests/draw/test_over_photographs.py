@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 import elastomorph as em
-from elastomorph.capturing.geometry.camera import Camera
+from elastomorph.capturing.geometry import Camera
 from elastomorph.draw.over_photographs import box_of, over_photograph
 from needs import extra
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 import elastomorph as em
 from children import started
-from elastomorph.capturing.geometry.surface import Surface
+from elastomorph.capturing.geometry import Surface
 from elastomorph.draw.materials import parts_of
 from elastomorph.farm.pictures.painter import Painter
 from elastomorph.farm.pictures.settings import SETTINGS

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from elastomorph.capturing.geometry.camera import Camera
-from elastomorph.capturing.geometry.surface import Surface
+from elastomorph.capturing.geometry import Camera, Surface
 from elastomorph.capturing.work.captured import Captured
 from elastomorph.capturing.work.registered import Registered
 from elastomorph.model.mesh import FaceLabels, Mesh

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image, ImageOps
 
-from elastomorph.capturing.landmarks.landmarks import LANDMARKS, read_landmarks
+from elastomorph.capturing.landmarks import LANDMARKS, read_landmarks
 from elastomorph.model.polygons import Polygons
 from needs import extra
 from small_head import head, recorded_motion

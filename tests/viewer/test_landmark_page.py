@@ -16,8 +16,8 @@ from pages import Elements
 
 import elastomorph as em
 from elastomorph.capturing.cameras.solved import SolvedPose
-from elastomorph.capturing.geometry.camera import Camera
-from elastomorph.capturing.landmarks.landmarks import LANDMARKS, Landmarks, read_landmarks
+from elastomorph.capturing.geometry import Camera
+from elastomorph.capturing.landmarks import LANDMARKS, Landmarks, read_landmarks
 from elastomorph.capturing.work.stages import WorkingFolder
 from elastomorph.model.appearance import Material, Texture
 from elastomorph.model.mesh import FaceLabels, UVMap

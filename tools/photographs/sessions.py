@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import elastomorph as em
-from elastomorph.capturing.landmarks.landmarks import Landmarks, write_landmarks
+from elastomorph.capturing.landmarks import Landmarks, write_landmarks
 from photographs.backdrop import Backdrop
 from photographs.cameras import RINGS, Lens, Shot, Spread, around
 from photographs.clicks import clicked

@@ -19,7 +19,7 @@ from scipy import sparse
 from scipy.interpolate import interp1d
 
 import elastomorph as em
-from elastomorph.capturing.landmarks.landmarks import known_landmarks
+from elastomorph.capturing.landmarks import known_landmarks
 from elastomorph.model.mesh import part_of
 from elastomorph.model.polygons import Polygons
 from photographs import skin

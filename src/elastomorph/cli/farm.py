@@ -264,7 +264,7 @@ def _landmarks(
     path: str | None, recipe: RecipeTables, place: str, rig: Rig
 ) -> Mapping[str, int] | str | None:
     """Those of the file or set named; for pictures without any, those that come with the rig."""
-    from elastomorph.capturing.landmarks.landmarks import (
+    from elastomorph.capturing.landmarks import (
         POINT_SETS,
         known_landmarks,
         read_landmarks,

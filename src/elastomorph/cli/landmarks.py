@@ -95,7 +95,7 @@ def _task(
     files: list[str], template: str | None, file: Path | None, working: Path | None
 ) -> LandmarkTask:
     """What is asked for, with what the file holds already."""
-    from elastomorph.capturing.landmarks.landmarks import read_landmarks
+    from elastomorph.capturing.landmarks import read_landmarks
     from elastomorph.io.atomic import is_file
     from elastomorph.viewer.landmarks import landmark_task, solved_cameras
 
@@ -106,7 +106,7 @@ def _task(
 
 def _outcome(file: Path) -> str:
     """What the file holds now, in a sentence."""
-    from elastomorph.capturing.landmarks.landmarks import LANDMARKS, read_landmarks
+    from elastomorph.capturing.landmarks import LANDMARKS, read_landmarks
     from elastomorph.io.atomic import is_file
 
     if not is_file(file):

@@ -133,7 +133,7 @@ def _known(
     path: str, taken: Markers, landmarks: Path | None, recorded: Path | None
 ) -> tuple[list[int], list[Handle]] | None:
     """Columns of the markers whose place on the rig is said, and their places."""
-    from elastomorph.capturing.landmarks.landmarks import read_landmarks
+    from elastomorph.capturing.landmarks import read_landmarks
 
     if landmarks is None:
         if recorded is not None:

@@ -9,8 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from elastomorph.capturing.geometry.camera import Camera
-from elastomorph.capturing.geometry.surface import Surface
+from elastomorph.capturing.geometry import Camera, Surface
 from elastomorph.draw.pictures import RGB, Image, colour_bytes
 from elastomorph.model.mesh import Mesh
 
@@ -42,7 +41,7 @@ def over_photograph(
 
     Args:
         photograph: (H, W, 3) uint8 without distortion, as from
-            `elastomorph.capturing.geometry.camera.open_colours`.
+            `elastomorph.capturing.geometry.open_colours`.
         camera: That took it.
         mesh: In the frame of the camera's world.
         colours: (V, 3) red, green, blue of each vertex from 0 to 1, as from

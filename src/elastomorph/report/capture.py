@@ -24,8 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.capturing.cameras.coverage import times_seen
-from elastomorph.capturing.geometry.camera import Camera, open_colours
-from elastomorph.capturing.geometry.surface import Surface
+from elastomorph.capturing.geometry import Camera, Surface, open_colours
 from elastomorph.capturing.work.captured import Captured
 from elastomorph.capturing.work.registered import FLAGGED, Registered
 from elastomorph.draw.camera import Camera as Looking

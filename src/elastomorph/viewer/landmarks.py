@@ -21,16 +21,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.capturing.cameras.solved import SolvedPose
-from elastomorph.capturing.geometry.camera import Camera
-from elastomorph.capturing.landmarks.landmarks import (
+from elastomorph.capturing.geometry import Camera
+from elastomorph.capturing.landmarks import (
     LANDMARKS,
     Landmarks,
     known_landmarks,
     parse_landmarks,
     write_landmarks,
 )
-from elastomorph.capturing.photographs.photographs import find_poses
-from elastomorph.capturing.photographs.pixels import opened_photograph
+from elastomorph.capturing.photographs import find_poses, opened_photograph
 from elastomorph.capturing.work.stages import WorkingFolder
 from elastomorph.capturing.work.template import read_template
 from elastomorph.errors import FileError, FormatError, MeshError, ParameterError
@@ -480,7 +479,7 @@ def _as_jpeg(photograph: Path) -> bytes:
     """A photograph in a format that browsers do not show, pixel for pixel."""
     from PIL import Image
 
-    from elastomorph.capturing.photographs.pixels import read_upright
+    from elastomorph.capturing.photographs import read_upright
 
     content = BytesIO()
     Image.fromarray(read_upright(photograph)).save(content, "JPEG", quality=95, subsampling=0)

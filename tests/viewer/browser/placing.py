@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 from scipy import ndimage
 
-from elastomorph.capturing.landmarks.landmarks import LANDMARKS
+from elastomorph.capturing.landmarks import LANDMARKS
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from placing import NAMES, active, click, opened, saved, seen_dots, write_photograph
 from visiting import Visit
 
-from elastomorph.capturing.geometry.camera import Camera
-from elastomorph.capturing.landmarks.landmarks import read_landmarks, triangulated
+from elastomorph.capturing.geometry import Camera
+from elastomorph.capturing.landmarks import read_landmarks, triangulated
 from elastomorph.viewer import ViewerServer
 from elastomorph.viewer.landmarks import landmark_task, serve_landmarks
 

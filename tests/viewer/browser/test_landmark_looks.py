@@ -13,7 +13,7 @@ from test_looks import LOW
 from visiting import DESK, PHONE, Visit
 
 import elastomorph as em
-from elastomorph.capturing.landmarks.landmarks import Landmarks
+from elastomorph.capturing.landmarks import Landmarks
 from elastomorph.viewer import ViewerServer
 from elastomorph.viewer.landmarks import landmark_task, serve_landmarks
 from needs import MODULES, NO_NODE

@@ -11,7 +11,7 @@ import pytest
 from placing import NAMES, active, click, dots, opened, saved, seen_dots, write_photograph
 from visiting import Visit, wait
 
-from elastomorph.capturing.landmarks.landmarks import Landmarks, read_landmarks
+from elastomorph.capturing.landmarks import Landmarks, read_landmarks
 from elastomorph.viewer import ViewerServer
 from elastomorph.viewer.landmarks import landmark_task, serve_landmarks, write_landmark_page
 from small_head import head, landmarks

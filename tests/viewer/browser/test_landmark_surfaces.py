@@ -16,7 +16,7 @@ from placing import NAMES, active, click, opened, saved
 from visiting import Visit
 
 import elastomorph as em
-from elastomorph.capturing.landmarks.landmarks import Landmarks, read_landmarks
+from elastomorph.capturing.landmarks import Landmarks, read_landmarks
 from elastomorph.model.mesh import FaceLabels, UVMap
 from elastomorph.viewer.landmarks import landmark_task, serve_landmarks
 from small_head import head, landmarks

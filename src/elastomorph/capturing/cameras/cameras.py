@@ -67,8 +67,8 @@ from elastomorph.capturing.cameras.features import (
     strongest,
 )
 from elastomorph.capturing.cameras.solved import SolvedPose
-from elastomorph.capturing.geometry.camera import Camera
-from elastomorph.capturing.photographs.photographs import FEWEST, Photograph, Photographs
+from elastomorph.capturing.geometry import Camera
+from elastomorph.capturing.photographs import FEWEST, Photograph, Photographs
 from elastomorph.errors import CaptureError
 
 _MODEL = "SIMPLE_RADIAL"

@@ -7,9 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.capturing.geometry.camera import Camera
-from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.landmarks.landmarks import typical_face
+from elastomorph.capturing.geometry import Camera, Surface
+from elastomorph.capturing.landmarks import typical_face
 
 Points = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.capturing.cameras.features import Features, Guide, Pairs, guided, neighbours
-from elastomorph.capturing.geometry.camera import Camera
+from elastomorph.capturing.geometry import Camera
 
 # Cameras and points of one or more photographs, numbered in the order given, and their lenses.
 

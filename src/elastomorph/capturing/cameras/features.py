@@ -16,10 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from elastomorph.capturing.geometry.camera import Camera
-from elastomorph.capturing.geometry.table import Table
-from elastomorph.capturing.photographs.photographs import Photograph
-from elastomorph.capturing.photographs.pixels import read_mask, read_upright
+from elastomorph.capturing.geometry import Camera, Table
+from elastomorph.capturing.photographs import Photograph, read_mask, read_upright
 from elastomorph.errors import MissingExtraError
 
 _MOST = 8192

@@ -41,8 +41,8 @@ from elastomorph.capturing.cameras.features import (
 )
 from elastomorph.capturing.cameras.models import Given
 from elastomorph.capturing.cameras.solved import SolvedPose
-from elastomorph.capturing.geometry.camera import Camera, nearest_to_lines
-from elastomorph.capturing.photographs.photographs import Photograph, Photographs
+from elastomorph.capturing.geometry import Camera, nearest_to_lines
+from elastomorph.capturing.photographs import Photograph, Photographs
 from elastomorph.errors import CaptureError
 
 LARGEST_SHARE = 0.5

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from elastomorph.capturing.cameras.solved import SolvedPose
-from elastomorph.capturing.geometry.similarity import Similarity, agreeing, fit_similarity
+from elastomorph.capturing.geometry import Similarity, agreeing, fit_similarity
 from elastomorph.errors import CaptureError
 
 _RATIO = 0.85

@@ -20,9 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from elastomorph.capturing.geometry.camera import Camera
-from elastomorph.capturing.photographs.photographs import FEWEST
-from elastomorph.capturing.photographs.pixels import upright_size
+from elastomorph.capturing.geometry import Camera
+from elastomorph.capturing.photographs import FEWEST, upright_size
 from elastomorph.errors import CaptureError, FileError, FormatError
 from elastomorph.io.atomic import made_folder, read_bytes, replacing
 

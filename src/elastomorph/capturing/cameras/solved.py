@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.capturing.geometry.camera import Camera
+from elastomorph.capturing.geometry import Camera
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.capturing.geometry.deformation import robust
-from elastomorph.capturing.geometry.surface import Surface
+from elastomorph.capturing.geometry import Surface, robust
 from elastomorph.model.geometry import sides_of
 
 Points = NDArray[np.float64]

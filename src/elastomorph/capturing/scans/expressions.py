@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.capturing.geometry.deformation import robust
+from elastomorph.capturing.geometry import robust
 from elastomorph.capturing.scans.correspondence import ScanPoints
 from elastomorph.capturing.scans.nonrigid import Elastic, Held
 

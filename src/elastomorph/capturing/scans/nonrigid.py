@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.capturing.geometry.deformation import Deformation, to_places
-from elastomorph.capturing.geometry.surface import Surface
+from elastomorph.capturing.geometry import Deformation, Surface, to_places
 from elastomorph.capturing.scans.correspondence import Matches, ScanPoints, outer
 
 Points = NDArray[np.float64]

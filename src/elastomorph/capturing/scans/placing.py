@@ -14,9 +14,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.capturing.geometry.similarity import Similarity, fit_similarity
-from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.landmarks.landmarks import fit_landmarks
+from elastomorph.capturing.geometry import Similarity, Surface, fit_similarity
+from elastomorph.capturing.landmarks import fit_landmarks
 from elastomorph.capturing.scans.correspondence import ScanPoints
 from elastomorph.capturing.scans.expressions import Expressions
 from elastomorph.capturing.scans.nonrigid import Elastic, Held

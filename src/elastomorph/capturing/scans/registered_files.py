@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.landmarks.landmarks import known_landmarks
+from elastomorph.capturing.geometry import Surface
+from elastomorph.capturing.landmarks import known_landmarks
 from elastomorph.capturing.scans.correspondence import outer
 from elastomorph.capturing.scans.expressions import Expressions
 from elastomorph.capturing.work.registered import Registered

@@ -27,10 +27,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.capturing.cameras.frames import paired
-from elastomorph.capturing.geometry.camera import Camera, View
-from elastomorph.capturing.geometry.similarity import Similarity, fit_similarity, robust_rigid
-from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.landmarks.landmarks import Landmarks, read_landmarks
+from elastomorph.capturing.geometry import (
+    Camera,
+    Similarity,
+    Surface,
+    View,
+    fit_similarity,
+    robust_rigid,
+)
+from elastomorph.capturing.landmarks import Landmarks, read_landmarks
 from elastomorph.capturing.scans.correspondence import ScanPoints
 from elastomorph.capturing.scans.expressions import Expressions
 from elastomorph.capturing.scans.nonrigid import ADAPT, FINISH, FOLLOW, Elastic, Held
@@ -51,9 +56,7 @@ from elastomorph.capturing.scans.registered_files import (
     write_figures,
 )
 from elastomorph.capturing.scans.scans import Scan, Skin, mesh_in, read_scan
-from elastomorph.capturing.tracking.confidence import confidences
-from elastomorph.capturing.tracking.matches import Matches
-from elastomorph.capturing.tracking.tracking import Reference, TrackedPose, follow
+from elastomorph.capturing.tracking import Matches, Reference, TrackedPose, confidences, follow
 from elastomorph.capturing.work.registered import Registered
 from elastomorph.errors import CaptureError, FormatError, ParameterError, warn
 from elastomorph.model.mesh import Mesh, require_mesh, require_same_topology

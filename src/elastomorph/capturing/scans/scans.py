@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.capturing.geometry.surface import Surface
+from elastomorph.capturing.geometry import Surface
 from elastomorph.capturing.scans.correspondence import inside_out
 from elastomorph.capturing.work.template import KNOWN, read_template
 from elastomorph.errors import CaptureError, ElastomorphError, FormatError, warn

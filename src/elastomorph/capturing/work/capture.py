@@ -23,13 +23,11 @@ from numpy.typing import NDArray
 
 from elastomorph.capturing.cameras.frames import Frame
 from elastomorph.capturing.cameras.solved import SolvedPose
-from elastomorph.capturing.geometry.similarity import Similarity
-from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.landmarks.landmarks import Landmarks
-from elastomorph.capturing.neutral.texture import Painted
-from elastomorph.capturing.photographs.examining import compared
-from elastomorph.capturing.photographs.photographs import Photographs, Views
-from elastomorph.capturing.tracking.matches import Matches, consistent
+from elastomorph.capturing.geometry import Similarity, Surface
+from elastomorph.capturing.landmarks import Landmarks
+from elastomorph.capturing.neutral import Painted
+from elastomorph.capturing.photographs import Photographs, Views, compared
+from elastomorph.capturing.tracking import Matches, consistent
 from elastomorph.capturing.work.captured import Captured, textured, write_captured
 from elastomorph.capturing.work.makers import Makers, Placed, Posed
 from elastomorph.capturing.work.progress import Progress, StageSay

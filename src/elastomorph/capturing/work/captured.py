@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.capturing.cameras.models import write_bundler, write_colmap
-from elastomorph.capturing.geometry.camera import Camera
-from elastomorph.capturing.neutral.texture import Painted
+from elastomorph.capturing.geometry import Camera
+from elastomorph.capturing.neutral import Painted
 from elastomorph.capturing.work.registered import Registered
 from elastomorph.errors import CaptureError
 from elastomorph.io.atomic import made_folder, replacing

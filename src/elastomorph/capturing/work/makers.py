@@ -20,17 +20,11 @@ from elastomorph.capturing.cameras.fixed_rig import same_cameras
 from elastomorph.capturing.cameras.frames import Frame, brought, near_still, still_vertices
 from elastomorph.capturing.cameras.models import Given
 from elastomorph.capturing.cameras.solved import SolvedPose
-from elastomorph.capturing.geometry.camera import Camera
-from elastomorph.capturing.geometry.similarity import Similarity
-from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.landmarks.landmarks import Landmarks, fit_to_scale, triangulated
-from elastomorph.capturing.neutral.neutral import neutral_surface
-from elastomorph.capturing.neutral.texture import Painted, paint
-from elastomorph.capturing.photographs.examining import examine
-from elastomorph.capturing.photographs.photographs import Photographs, Views
-from elastomorph.capturing.tracking.confidence import confidences, expected_errors
-from elastomorph.capturing.tracking.matches import Matches
-from elastomorph.capturing.tracking.tracking import Reference, follow
+from elastomorph.capturing.geometry import Camera, Similarity, Surface
+from elastomorph.capturing.landmarks import Landmarks, fit_to_scale, triangulated
+from elastomorph.capturing.neutral import Painted, neutral_surface, paint
+from elastomorph.capturing.photographs import Photographs, Views, examine
+from elastomorph.capturing.tracking import Matches, Reference, confidences, expected_errors, follow
 from elastomorph.capturing.work.apart import done_apart
 from elastomorph.capturing.work.progress import StageSay
 from elastomorph.capturing.work.template import Template

@@ -15,7 +15,7 @@ from os import PathLike
 from pathlib import Path
 
 from elastomorph.capturing.cameras.models import Given, given_cameras
-from elastomorph.capturing.landmarks.landmarks import (
+from elastomorph.capturing.landmarks import (
     LANDMARKS,
     Distance,
     Landmarks,
@@ -23,8 +23,7 @@ from elastomorph.capturing.landmarks.landmarks import (
     require_sides,
     typical_face,
 )
-from elastomorph.capturing.photographs.photographs import find_masks, find_poses
-from elastomorph.capturing.photographs.pixels import upright_size
+from elastomorph.capturing.photographs import find_masks, find_poses, upright_size
 from elastomorph.capturing.work import RIGS, TO
 from elastomorph.capturing.work.captured import CAMERAS, CONFIDENCE, FIGURES
 from elastomorph.capturing.work.template import Template

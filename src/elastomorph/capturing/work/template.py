@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.capturing.geometry.similarity import Similarity
-from elastomorph.capturing.landmarks.landmarks import known_landmarks
+from elastomorph.capturing.geometry import Similarity
+from elastomorph.capturing.landmarks import known_landmarks
 from elastomorph.errors import CaptureError, FormatError
 from elastomorph.io.atomic import is_folder, require_name
 from elastomorph.io.npz.members import open_npz

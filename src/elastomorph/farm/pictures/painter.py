@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import maximum_filter, minimum_filter, uniform_filter
 
-from elastomorph.capturing.geometry.surface import Surface
+from elastomorph.capturing.geometry import Surface
 from elastomorph.draw.materials import encoded, linear
 from elastomorph.errors import ParameterError
 from elastomorph.farm.pictures.settings import ARRAYS, LARGEST, SETTINGS

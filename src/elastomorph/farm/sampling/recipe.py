@@ -366,7 +366,7 @@ def _landmarks(document: Document) -> dict[str, int]:
     table = dict(document.table(("landmarks",)))
     found: dict[str, int] = {}
     if isinstance(table.get("file"), str):
-        from elastomorph.capturing.landmarks.landmarks import read_landmarks
+        from elastomorph.capturing.landmarks import read_landmarks
 
         name = read_value(document, ("landmarks", "file"), _FILE, table.pop("file"))
         try:

@@ -92,7 +92,7 @@ def pictured(recipe: Any, render: int | None) -> Recipe:
 def _landmarks(rig: Rig, given: Mapping[str, int] | str) -> dict[str, int]:
     count = len(rig.neutral.vertices)
     if isinstance(given, str):
-        from elastomorph.capturing.landmarks.landmarks import known_landmarks
+        from elastomorph.capturing.landmarks import known_landmarks
 
         known = known_landmarks(rig.neutral.name, rig.neutral, given)
         if not known:

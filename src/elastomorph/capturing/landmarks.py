@@ -1,20 +1,4 @@
-"""Named points of a face, on a template, in photographs and on scans, and their file.
-
-The file is JSON:
-
-    {"version": 1,
-     "vertices": {"nose_tip": 2010, …},                                 of the template, from 0
-     "photographs": {"neutral": {"IMG_01.jpg": {"nose_tip": [x, y], …}, …}},
-     "points": {"scan.ply": {"nose_tip": [x, y, z], …}},
-     "distances": [["ruler_start", "ruler_end", 10.0], …]}              in the template's unit
-
-Photographs stand under the pose that they are of. Pixels are those of the photograph held upright
-as its EXIF data says, pixel centres at integers. Distances are optional, and between landmarks or
-any other names that are clicked in photographs. Photographs alone have no scale: without a distance
-a subject is as large as the template by its landmarks; with distances l between points that are d
-apart in the unit of the photographs, the factor is that of least squares, f = Σ d l / Σ d².
-`left` and `right` are the subject's own.
-"""
+"""Named points of a face, and distances that were measured on it."""
 
 from __future__ import annotations
 
@@ -29,11 +13,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.capturing.geometry.camera import Camera, nearest_to_lines
-from elastomorph.capturing.geometry.similarity import Similarity, fit_similarity
+from elastomorph.capturing.geometry import Camera, Similarity, fit_similarity, nearest_to_lines
 from elastomorph.errors import CaptureError, FileError, FormatError, ParameterError
 from elastomorph.io.atomic import is_file, read_bytes, replacing
 from elastomorph.model.mesh import Mesh
+
+# Named points of a face, on a template, in photographs and on scans, and their file.
+#
+# The file is JSON:
+#
+#     {"version": 1,
+#      "vertices": {"nose_tip": 2010, …},                                 of the template, from 0
+#      "photographs": {"neutral": {"IMG_01.jpg": {"nose_tip": [x, y], …}, …}},
+#      "points": {"scan.ply": {"nose_tip": [x, y, z], …}},
+#      "distances": [["ruler_start", "ruler_end", 10.0], …]}              in the template's unit
+#
+# Photographs stand under the pose that they are of. Pixels are those of the photograph held
+# upright as its EXIF data says, pixel centres at integers. Distances are optional, and between
+# landmarks or any other names that are clicked in photographs. Photographs alone have no scale:
+# without a distance a subject is as large as the template by its landmarks; with distances l
+# between points that are d apart in the unit of the photographs, the factor is that of least
+# squares, f = Σ d l / Σ d². `left` and `right` are the subject's own.
 
 _DISAGREE = 0.05
 _FARTHEST_FROM_TEMPLATE = 2.0
@@ -414,7 +414,7 @@ def _mediapipe() -> tuple[int, ...]:
 
     Found on its pictures by the model itself, see ``tools/find_landmark_sets.py``.
     """
-    content = (files("elastomorph.capturing.landmarks") / "sets.json").read_text(encoding="utf-8")
+    content = (files("elastomorph.capturing") / "landmark_sets.json").read_text(encoding="utf-8")
     return tuple(json.loads(content))
 
 

@@ -1,1 +1,0 @@
-"""Cameras, surfaces and what moves them."""

@@ -1,1 +1,0 @@
-"""Named points of a face, and distances that were measured on it."""

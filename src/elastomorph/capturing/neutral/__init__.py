@@ -1,1 +1,0 @@
-"""The surface of the neutral, in the vertices of a template."""

@@ -1,1 +1,0 @@
-"""Photographs: which there are, how they were taken, and their pixels."""

@@ -1,1 +1,0 @@
-"""The other poses, followed by the neutral's photographs."""
