@@ -11,8 +11,7 @@ from PIL import Image
 
 import elastomorph as em
 from elastomorph.draw.stage import BACKGROUND
-from elastomorph.model.appearance import Material, Texture
-from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
+from elastomorph.model.mesh import FaceLabels, Material, Mesh, Texture, UVMap
 from scenes import ball, joined
 
 FLAT = np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]])

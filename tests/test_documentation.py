@@ -93,7 +93,7 @@ def files(samples: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pat
     monkeypatch.setattr("elastomorph.viewer.server.ViewerServer.wait", lambda server: None)
     monkeypatch.setattr("webbrowser.open", lambda address: True)
     monkeypatch.setattr("elastomorph.draw.stage.LARGE", 0)
-    monkeypatch.setattr("elastomorph.cli.shots.SWING_FRAMES", 6)
+    monkeypatch.setattr("elastomorph.cli.takes.SWING_FRAMES", 6)
     in_single_steps(monkeypatch)
     return folder
 

@@ -17,7 +17,7 @@ import elastomorph as em
 from elastomorph.errors import ElastomorphWarning, warn
 from elastomorph.io.sequences import read_recording
 from elastomorph.physics import Load, Material
-from elastomorph.physics.guard import guard_laws
+from elastomorph.physics.response import guard_laws
 from small_meshes import grid
 
 SOURCES = Path(em.__file__).parent

@@ -13,7 +13,7 @@ import numpy as np
 
 import elastomorph as em
 from elastomorph.capturing.cameras.frames import Frame
-from elastomorph.capturing.cameras.solved import SolvedPose
+from elastomorph.capturing.cameras.models import SolvedPose
 from elastomorph.capturing.geometry import Camera, Similarity
 from elastomorph.capturing.landmarks import _TYPICAL, LANDMARKS, Landmarks
 from elastomorph.capturing.neutral import Painted

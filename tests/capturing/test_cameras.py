@@ -10,7 +10,7 @@ import elastomorph.capturing.cameras.cameras as cameras_module
 import elastomorph.capturing.cameras.cameras as module
 from elastomorph.capturing.cameras.cameras import solve_pose
 from elastomorph.capturing.cameras.features import Features
-from elastomorph.capturing.cameras.solved import SolvedPose
+from elastomorph.capturing.cameras.models import SolvedPose
 from elastomorph.errors import CaptureError
 from needs import extra
 

@@ -16,7 +16,7 @@ from needs import extra
 for module in ("pycolmap", "cv2", "embreex"):
     extra(module, "capture")
 
-from elastomorph.capturing.cameras.solved import SolvedPose  # noqa: E402
+from elastomorph.capturing.cameras.models import SolvedPose  # noqa: E402
 from elastomorph.capturing.geometry import Camera, Similarity  # noqa: E402
 from elastomorph.capturing.landmarks import LANDMARKS, Landmarks  # noqa: E402
 from elastomorph.capturing.work.makers import Makers  # noqa: E402

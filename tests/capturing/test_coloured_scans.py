@@ -23,8 +23,7 @@ from elastomorph.capturing.scans.placing import Marks, placed_next  # noqa: E402
 from elastomorph.capturing.scans.registered_files import read_face  # noqa: E402
 from elastomorph.capturing.scans.registration import neutral_person  # noqa: E402
 from elastomorph.capturing.scans.scans import read_scan  # noqa: E402
-from elastomorph.model.appearance import Material, Texture  # noqa: E402
-from elastomorph.model.mesh import FaceLabels, UVMap  # noqa: E402
+from elastomorph.model.mesh import FaceLabels, Material, Texture, UVMap  # noqa: E402  # noqa: E402
 from elastomorph.model.surface import triangulate  # noqa: E402
 
 pytestmark = pytest.mark.photographs

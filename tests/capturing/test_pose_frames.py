@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from elastomorph.capturing.cameras.frames import brought, near_still, paired, still_vertices
-from elastomorph.capturing.cameras.solved import SolvedPose
+from elastomorph.capturing.cameras.models import SolvedPose
 from elastomorph.capturing.geometry import Similarity
 from elastomorph.errors import CaptureError
 

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from elastomorph.draw import Camera, drag_picture
-from elastomorph.draw.dragged import LINE, RING
+from elastomorph.draw.posed import LINE, RING
 from elastomorph.errors import MeshError, ParameterError
 from scenes import ball, seen_at
 

@@ -36,8 +36,7 @@ from elastomorph.draw.materials import (
 )
 from elastomorph.draw.stage import Stage
 from elastomorph.errors import ElastomorphWarning
-from elastomorph.model.appearance import Finish, Material, Texture
-from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
+from elastomorph.model.mesh import FaceLabels, Finish, Material, Mesh, Texture, UVMap
 from scenes import ball, seen_at
 
 SIZE = (120, 120)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from elastomorph.errors import ElastomorphError, ParameterError, ResonanceError, TimeLawWarning
 from elastomorph.physics import Load, Material, mean_response, modal_response
 from elastomorph.physics.beam import mode_stiffness
-from elastomorph.physics.guard import excursion, guard_laws
+from elastomorph.physics.response import excursion, guard_laws
 
 MODES = [("closed curves", mode_stiffness(np.arange(1, 40), True, 1.0))]
 

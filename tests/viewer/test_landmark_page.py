@@ -15,12 +15,11 @@ from numpy.typing import NDArray
 from pages import Elements
 
 import elastomorph as em
-from elastomorph.capturing.cameras.solved import SolvedPose
+from elastomorph.capturing.cameras.models import SolvedPose
 from elastomorph.capturing.geometry import Camera
 from elastomorph.capturing.landmarks import LANDMARKS, Landmarks, read_landmarks
 from elastomorph.capturing.work.stages import WorkingFolder
-from elastomorph.model.appearance import Material, Texture
-from elastomorph.model.mesh import FaceLabels, UVMap
+from elastomorph.model.mesh import FaceLabels, Material, Texture, UVMap
 from elastomorph.viewer import ViewerServer
 from elastomorph.viewer.landmarks import (
     PackedSurface,

@@ -83,7 +83,7 @@ def animate(
     """
     from elastomorph.character.schema import export_options
     from elastomorph.cli.render_words import picture_size, view_of
-    from elastomorph.cli.shots import FRAME
+    from elastomorph.cli.takes import FRAME
     from elastomorph.rig.performance import match, slider_weights
 
     if output is None and not only_list:

@@ -15,7 +15,7 @@ import typer
 
 from elastomorph.cli import completion, options, takes
 from elastomorph.cli.output import Say
-from elastomorph.cli.shots import (
+from elastomorph.cli.takes import (
     Shot,
     require_sense,
     written_picture,
@@ -24,7 +24,7 @@ from elastomorph.cli.verb import Answer, verb
 from elastomorph.errors import ParameterError, warn
 
 if TYPE_CHECKING:
-    from elastomorph.cli.shots import PoseWords
+    from elastomorph.cli.takes import PoseWords
     from elastomorph.rig import Rig
     from elastomorph.rig.performance import HeadTurn, Performance
 
@@ -165,7 +165,7 @@ def render(
       elastomorph render rig.glb -p smile=1 --strip 0,0.5,1 --method linear --method arc -o a.png
     """
     from elastomorph.cli import render_words as said
-    from elastomorph.cli.shots import PoseWords
+    from elastomorph.cli.takes import PoseWords
     from elastomorph.draw.sheet import Style
 
     posed, methods, colour = PoseWords.of(pose or ()), method or [], said.background_of(background)

@@ -6,7 +6,6 @@ first picture is drawn. Pictures are (H, W, 3) uint8 arrays, and files where a p
 
 from elastomorph.draw.camera import VIEWS, Camera, camera_for
 from elastomorph.draw.curves_picture import curves_picture, network_lines
-from elastomorph.draw.dragged import drag_picture
 from elastomorph.draw.graphs import (
     error_graphs,
     inbetween_graph,
@@ -15,6 +14,7 @@ from elastomorph.draw.graphs import (
     time_law_graph,
 )
 from elastomorph.draw.pictures import ColourScale, as_png, heat_colours, write_picture
+from elastomorph.draw.posed import drag_picture
 from elastomorph.draw.sheet import picture_grid
 from elastomorph.draw.stage import Lines, Stage, render
 from elastomorph.draw.strips import (

@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 
 from elastomorph.draw.pictures import RGB, imported
 from elastomorph.errors import warn
-from elastomorph.model.appearance import Material, Texture, Wrap
 from elastomorph.model.geometry import component_of
-from elastomorph.model.mesh import FaceLabels, Mesh
+from elastomorph.model.mesh import FaceLabels, Material, Mesh, Texture, Wrap
 from elastomorph.model.polygons import Polygons, polygon_normals
 
 

@@ -31,8 +31,7 @@ from elastomorph.draw.pictures import (
     written,
 )
 from elastomorph.errors import MeshError, ParameterError
-from elastomorph.model.appearance import Material, Wrap
-from elastomorph.model.mesh import Mesh, as_vertices
+from elastomorph.model.mesh import Material, Mesh, Wrap, as_vertices
 from elastomorph.model.polygons import Polygons
 
 # What a stage shows: the parts of a mesh with their normals, and lines on its surface.

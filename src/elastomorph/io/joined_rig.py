@@ -19,9 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import MeshError
-from elastomorph.model.appearance import Material
 from elastomorph.model.bend_curve import BendCurve
-from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
+from elastomorph.model.mesh import FaceLabels, Material, Mesh, Source, UVMap
 from elastomorph.model.morph import Morph
 from elastomorph.model.polygons import Polygons
 

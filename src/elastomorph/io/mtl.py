@@ -16,8 +16,7 @@ import numpy as np
 
 from elastomorph.errors import FileError
 from elastomorph.io.atomic import read_bytes, size_of
-from elastomorph.model.appearance import Material, Texture, Wrap
-from elastomorph.model.mesh import FaceLabels, Mesh
+from elastomorph.model.mesh import FaceLabels, Material, Mesh, Texture, Wrap
 
 _LARGEST = 512 << 20
 

@@ -25,8 +25,7 @@ from elastomorph.io.atomic import is_file, read_bytes, replacing
 from elastomorph.io.mtl import image_beside
 from elastomorph.io.obj import ownership
 from elastomorph.io.untrusted import naming_file
-from elastomorph.model.appearance import Material
-from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
+from elastomorph.model.mesh import FaceLabels, Material, Mesh, Source, UVMap
 from elastomorph.model.polygons import Polygons
 
 ENCODINGS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}

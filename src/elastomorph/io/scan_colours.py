@@ -55,7 +55,7 @@ def vertex_colours(mesh: Mesh) -> NDArray[np.uint8] | None:
 
         found = read_obj_colours(path)
     elif path.suffix.lower() in (".glb", ".gltf"):
-        from elastomorph.io.gltf.colours import read_gltf_colours
+        from elastomorph.io.gltf.primitives import read_gltf_colours
 
         found = read_gltf_colours(path)
     return found if found is not None and len(found) == len(mesh.vertices) else None

@@ -7,10 +7,9 @@ from __future__ import annotations
 
 from elastomorph.paths.arc import Arc
 from elastomorph.paths.auto import Auto
-from elastomorph.paths.beam import Beam
+from elastomorph.paths.beam import Beam, Plate
 from elastomorph.paths.interpolate import interpolate, prepare
 from elastomorph.paths.method import Method
-from elastomorph.paths.plate import Plate
 from elastomorph.paths.rotation import Rotation
 from elastomorph.paths.straight import Cosine, Ease, Linear
 from elastomorph.paths.through import Through, through

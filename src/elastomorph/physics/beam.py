@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError
 from elastomorph.physics.equation import Load, Material
-from elastomorph.physics.guard import guard_laws
-from elastomorph.physics.response import mean_and_limit, modal_response
+from elastomorph.physics.response import guard_laws, mean_and_limit, modal_response
 
 BASES = ("cosine", "fourier")
 STIFFNESSES = ("uniform", "length")

@@ -23,8 +23,14 @@ from numpy.typing import NDArray
 from elastomorph.errors import ParameterError
 from elastomorph.model.cholesky import symmetric_factor
 from elastomorph.physics.equation import Load, Material
-from elastomorph.physics.guard import allowed_excursion, excursion, guard_laws
-from elastomorph.physics.response import mean_and_limit, modal_response, rational_laws
+from elastomorph.physics.response import (
+    allowed_excursion,
+    excursion,
+    guard_laws,
+    mean_and_limit,
+    modal_response,
+    rational_laws,
+)
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array

@@ -19,9 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError
-from elastomorph.model.appearance import Finish, Material, Opacity, Texture
 from elastomorph.model.bend_curve import BendCurve
-from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
+from elastomorph.model.mesh import FaceLabels, Finish, Material, Mesh, Opacity, Texture, UVMap
 from elastomorph.model.morph import Choice, Morph
 from elastomorph.model.polygons import Polygons
 from elastomorph.model.sequence import MeshSequence

@@ -20,7 +20,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.capturing.cameras.solved import SolvedPose
+from elastomorph.capturing.cameras.models import SolvedPose
 from elastomorph.capturing.geometry import Camera
 from elastomorph.capturing.landmarks import (
     LANDMARKS,
@@ -35,8 +35,7 @@ from elastomorph.capturing.work.template import read_template
 from elastomorph.errors import FileError, FormatError, MeshError, ParameterError
 from elastomorph.io.atomic import is_folder, read_bytes, replacing, size_of
 from elastomorph.io.scan_colours import dressed, vertex_colours
-from elastomorph.model.appearance import Texture
-from elastomorph.model.mesh import Mesh
+from elastomorph.model.mesh import Mesh, Texture
 from elastomorph.model.polygons import Polygons
 from elastomorph.viewer.listening import HTML, Answer, Offer, Receiver, Resource, Sent, text
 from elastomorph.viewer.page import (

@@ -13,8 +13,7 @@ from glb_samples import CORNERS, SQUARE, HandMade, square
 from PIL import Image
 
 from elastomorph.io.gltf import read_glb
-from elastomorph.model.appearance import Finish, Material
-from elastomorph.model.mesh import Mesh
+from elastomorph.model.mesh import Finish, Material, Mesh
 
 TEXTURE = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], dtype=float)
 

@@ -11,8 +11,7 @@ import elastomorph as em
 from cards import card, image_of, texture, unlit
 from elastomorph.io.gltf import read_glb
 from elastomorph.io.gltf.writer import write_glb
-from elastomorph.model.appearance import Finish, Layer, Material, Texture, Toon
-from elastomorph.model.mesh import FaceLabels, Mesh
+from elastomorph.model.mesh import FaceLabels, Finish, Layer, Material, Mesh, Texture, Toon
 from foreign_files import chunks_of
 
 

@@ -12,8 +12,7 @@ from cards import PIXELS, card, image_of, texture
 from elastomorph.bending.usd import bend_usd
 from elastomorph.errors import FileError
 from elastomorph.io.usd import read_usd, write_usd
-from elastomorph.model.appearance import Finish, Layer, Material, Texture
-from elastomorph.model.mesh import Mesh
+from elastomorph.model.mesh import Finish, Layer, Material, Mesh, Texture
 from elastomorph.rig import Rig
 
 pytest.importorskip("pxr")

@@ -24,8 +24,7 @@ from cards import (
     texture,
     unlit,
 )
-from elastomorph.model.appearance import Finish, Material, Texture, Toon
-from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
+from elastomorph.model.mesh import FaceLabels, Finish, Material, Mesh, Texture, Toon, UVMap
 from elastomorph.viewer import Scene, rig_scene
 
 QUARTERS = [(-0.2, 0.2), (0.2, 0.2), (-0.2, -0.2), (0.2, -0.2)]

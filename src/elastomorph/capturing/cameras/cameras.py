@@ -66,7 +66,7 @@ from elastomorph.capturing.cameras.features import (
     seen_enlarged,
     strongest,
 )
-from elastomorph.capturing.cameras.solved import SolvedPose
+from elastomorph.capturing.cameras.models import SolvedPose
 from elastomorph.capturing.geometry import Camera
 from elastomorph.capturing.photographs import FEWEST, Photograph, Photographs
 from elastomorph.errors import CaptureError

@@ -39,8 +39,7 @@ from elastomorph.capturing.cameras.features import (
     off_lines,
     strongest,
 )
-from elastomorph.capturing.cameras.models import Given
-from elastomorph.capturing.cameras.solved import SolvedPose
+from elastomorph.capturing.cameras.models import Given, SolvedPose
 from elastomorph.capturing.geometry import Camera, nearest_to_lines
 from elastomorph.capturing.photographs import Photograph, Photographs
 from elastomorph.errors import CaptureError

@@ -13,7 +13,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PureWindowsPath
 
 import numpy as np
@@ -384,3 +384,30 @@ def _refusing(file: Path, line: int | None, expected: str) -> Iterator[None]:
         yield
     except (ValueError, KeyError, IndexError):
         raise FormatError(file, f"expected {expected}", line=line) from None
+
+
+# The solved cameras of one pose, and what was found of its surface on the way.
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedPose:
+    """Cameras and points of one pose, in a frame and a unit of their own.
+
+    Attributes:
+        cameras: those found, in the order of the photographs' names.
+        points: (N, 3) seen by at least three photographs.
+        descriptors: (N, 128) float32 of length 1, mean look of each point.
+        reprojection: photograph → mean distance of its features from where their points are
+            seen, px.
+        rejected: photograph → why it is not used.
+        lenses: photograph → what took it; the same text, the same lens.
+        remarks: sentences about what is unusual without being an error.
+    """
+
+    cameras: tuple[Camera, ...]
+    points: NDArray[np.float64]
+    descriptors: NDArray[np.float32]
+    reprojection: Mapping[str, float]
+    rejected: Mapping[str, str] = field(default_factory=dict)
+    lenses: Mapping[str, str] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()

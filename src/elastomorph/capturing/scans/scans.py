@@ -23,9 +23,8 @@ from elastomorph.errors import CaptureError, ElastomorphError, FormatError, warn
 from elastomorph.io.atomic import require_name
 from elastomorph.io.mtl import library_of
 from elastomorph.io.scan_colours import dressed, vertex_colours
-from elastomorph.model.appearance import Material, Texture
 from elastomorph.model.geometry import component_of, sides_of
-from elastomorph.model.mesh import Mesh
+from elastomorph.model.mesh import Material, Mesh, Texture
 from elastomorph.model.polygons import Polygons
 
 Points = NDArray[np.float64]

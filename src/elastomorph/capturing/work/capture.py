@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.capturing.cameras.frames import Frame
-from elastomorph.capturing.cameras.solved import SolvedPose
+from elastomorph.capturing.cameras.models import SolvedPose
 from elastomorph.capturing.geometry import Similarity, Surface
 from elastomorph.capturing.landmarks import Landmarks
 from elastomorph.capturing.neutral import Painted

@@ -24,8 +24,7 @@ from elastomorph.io.atomic import made_folder, replacing
 from elastomorph.io.npz.confidence import NAME as CONFIDENCE
 from elastomorph.io.npz.confidence import write_confidence
 from elastomorph.io.registry import write
-from elastomorph.model.appearance import Material, Texture
-from elastomorph.model.mesh import FaceLabels
+from elastomorph.model.mesh import FaceLabels, Material, Texture
 from elastomorph.rig import Rig
 
 __all__ = ["CAMERAS", "CONFIDENCE", "FIGURES", "Captured", "write_captured"]

@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from elastomorph.capturing.cameras.coverage import missing_cameras
 from elastomorph.capturing.cameras.fixed_rig import same_cameras
 from elastomorph.capturing.cameras.frames import Frame, brought, near_still, still_vertices
-from elastomorph.capturing.cameras.models import Given
-from elastomorph.capturing.cameras.solved import SolvedPose
+from elastomorph.capturing.cameras.models import Given, SolvedPose
 from elastomorph.capturing.geometry import Camera, Similarity, Surface
 from elastomorph.capturing.landmarks import Landmarks, fit_to_scale, triangulated
 from elastomorph.capturing.neutral import Painted, neutral_surface, paint

@@ -41,10 +41,9 @@ from elastomorph.errors import (
     MissingExtraError,
     ParameterError,
 )
-from elastomorph.farm.storage.contents import Faces
+from elastomorph.farm.storage.contents import TOGETHER, Faces
 from elastomorph.farm.storage.layout import REPLACED, DataSet, opened
 from elastomorph.farm.storage.manifest import Shard, packing
-from elastomorph.farm.storage.posing import TOGETHER
 from elastomorph.farm.storage.stores import Order, naming_store
 
 if TYPE_CHECKING:

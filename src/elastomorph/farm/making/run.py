@@ -25,7 +25,7 @@ from elastomorph.farm.reading.faces import FaceSet, open_faces
 from elastomorph.farm.sampling.recipe import Recipe
 from elastomorph.farm.sampling.sampler import FaceSampler
 from elastomorph.farm.storage import manifest as manifests
-from elastomorph.farm.storage.contents import Content, Label, contents_of
+from elastomorph.farm.storage.contents import Content, Label, Poser, contents_of
 from elastomorph.farm.storage.layout import (
     ATTRIBUTE,
     ROOT,
@@ -39,7 +39,6 @@ from elastomorph.farm.storage.layout import (
     same_rig,
 )
 from elastomorph.farm.storage.manifest import zarr_codecs
-from elastomorph.farm.storage.posing import Poser
 from elastomorph.farm.storage.stores import Objects, Order, naming_store, order_of
 from elastomorph.farm.storage.wanted import LEAST, Wanted, pictured
 from elastomorph.numbers import is_whole, power_of_two

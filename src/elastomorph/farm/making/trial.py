@@ -10,9 +10,8 @@ from elastomorph.blas_threads import usable_cores
 from elastomorph.farm.making.executors import make_units, rate_text, size_text, time_text
 from elastomorph.farm.making.run import begun, unit_size
 from elastomorph.farm.sampling.sampler import FaceSampler
-from elastomorph.farm.storage.contents import Label
+from elastomorph.farm.storage.contents import TOGETHER, Label
 from elastomorph.farm.storage.manifest import NAME
-from elastomorph.farm.storage.posing import TOGETHER
 from elastomorph.farm.storage.stores import Order, naming_store
 from elastomorph.farm.storage.wanted import Wanted
 from elastomorph.io.atomic import temporary_folder

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import MissingExtraError, ParameterError
-from elastomorph.farm.storage.posing import TOGETHER
+from elastomorph.farm.storage.contents import TOGETHER
 from elastomorph.numbers import is_whole
 
 if TYPE_CHECKING:

@@ -23,14 +23,13 @@ from elastomorph.errors import FormatError, ParameterError
 from elastomorph.farm.sampling.columns import Columns
 from elastomorph.farm.sampling.sampler import FaceSampler
 from elastomorph.farm.storage import manifest as manifests
-from elastomorph.farm.storage.contents import Content, contents_of
+from elastomorph.farm.storage.contents import Content, Poser, contents_of
 from elastomorph.farm.storage.manifest import Manifest
-from elastomorph.farm.storage.posing import Poser
 from elastomorph.farm.storage.stores import Objects, Order, naming_damage
 from elastomorph.io.atomic import temporary_folder
 from elastomorph.io.npz.members import open_npz, pack_arrays
 from elastomorph.io.npz.rig import rig_arrays, rig_of_members
-from elastomorph.model.appearance import Material, Texture
+from elastomorph.model.mesh import Material, Texture
 from elastomorph.rig.build import extent_of
 from elastomorph.rig.rig import Rig
 

@@ -10,9 +10,8 @@ from elastomorph.errors import ParameterError
 from elastomorph.farm.sampling.keys import keys_of
 from elastomorph.farm.sampling.recipe import Pictures, Recipe
 from elastomorph.farm.sampling.sampler import FaceSampler, as_recipe
-from elastomorph.farm.storage.contents import Encoding
+from elastomorph.farm.storage.contents import Encoding, Poser
 from elastomorph.farm.storage.manifest import require_codec
-from elastomorph.farm.storage.posing import Poser
 from elastomorph.numbers import is_whole
 from elastomorph.rig.rig import Rig
 

@@ -22,7 +22,7 @@ from elastomorph.io.gltf.container import (
     numbers_of,
     object_of,
 )
-from elastomorph.model.appearance import (
+from elastomorph.model.mesh import (
     WHITE,
     Finish,
     Layer,

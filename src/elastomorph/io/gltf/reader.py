@@ -34,8 +34,7 @@ from elastomorph.io.gltf.rig_extras import (
 )
 from elastomorph.io.joined_rig import Placing, RigPart, joined_rig
 from elastomorph.io.untrusted import naming_file, shortened
-from elastomorph.model.appearance import Material
-from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
+from elastomorph.model.mesh import FaceLabels, Material, Mesh, Source, UVMap
 from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
 from elastomorph.rig.laws import Corrective

@@ -11,7 +11,7 @@ from typing import Any
 from elastomorph.errors import warn
 from elastomorph.io.gltf.appearance import image_kind
 from elastomorph.io.usd.library import pxr
-from elastomorph.model.appearance import Finish, Material, Texture
+from elastomorph.model.mesh import Finish, Material, Texture
 
 _SUFFIXES = {"image/png": ".png", "image/jpeg": ".jpg"}
 _TYPES = {"rgb": "Float3", "diffuseColor": "Color3f", "emissiveColor": "Color3f"}

@@ -33,8 +33,7 @@ from elastomorph.io.untrusted import MemoryBudget, naming_file
 from elastomorph.io.usd.exact import checksum, path_from_json, prim_names
 from elastomorph.io.usd.library import ROOT, STILL
 from elastomorph.io.usd.writer import SUFFIXES
-from elastomorph.model.appearance import Finish, Material, Texture
-from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
+from elastomorph.model.mesh import FaceLabels, Finish, Material, Mesh, Source, Texture, UVMap
 from elastomorph.model.morph import Morph
 from elastomorph.model.polygons import Polygons
 from elastomorph.rig import Rig

@@ -1,1 +1,0 @@
-"""Pictures of faces with labels: colour, depth, normals, parts, landmarks, cameras."""
