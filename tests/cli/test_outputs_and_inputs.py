@@ -8,12 +8,13 @@ from pathlib import Path
 
 import pytest
 import typer
+from calls import printed_by
 from calls import status_of as run
 from small_files import write_all
 
 import elastomorph as em
 from elastomorph.cli import verb
-from elastomorph.cli.app import VERBS, loaded
+from elastomorph.cli.app import HEADINGS, VERBS, loaded
 from elastomorph.errors import FileError
 from elastomorph.io.atomic import inputs_kept, read_bytes, replacing, unnoted
 
@@ -106,6 +107,12 @@ def test_what_a_verb_is_for_is_the_start_of_its_words() -> None:
     """It is listed without the verb being imported."""
     for name, text in VERBS.items():
         assert inspect.getdoc(loaded(name)).startswith(text.rstrip(".")), name
+
+
+def test_each_verb_is_listed_under_one_heading() -> None:
+    listed = " ".join(HEADINGS.values()).split()
+    assert sorted(listed) == sorted({*VERBS, "inbetweens"})
+    assert all(f"{heading}:" in printed_by("--help") for heading in HEADINGS)
 
 
 def test_overwrite_allows_it(here: Path) -> None:

@@ -48,6 +48,16 @@ VERBS = {
 }
 """Each verb, a function in the file of its name, and what it is for: the start of its own words."""
 
+HEADINGS = {
+    "Characters": "init doctor inspect bend hold unbend export animate track",
+    "Heads and poses": "interpolate blend samples",
+    "Capture": "capture landmarks register",
+    "Measure": "evaluate inbetweens learn curves bench",
+    "Look": "demo view render live",
+    "Data sets": "farm",
+}
+"""Verbs as `--help` lists them."""
+
 _INBETWEENS = {"suggest": "Find the recorded frames that pay most as in-betweens."}
 
 
@@ -59,6 +69,17 @@ class _Verbs(TyperGroup):
         if name is not None and not isinstance(command, TyperGroup):
             command = _command(name)
         return name, command, rest
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write verbs under headings, each with what it is for."""
+        own = {"Commands": " ".join(self.list_commands(ctx))}
+        for heading, verbs in (own if ctx.parent else HEADINGS).items():
+            found = [(name, self.get_command(ctx, name)) for name in verbs.split()]
+            with formatter.section(heading):
+                wide = formatter.width - 6 - max(len(name) for name, _ in found)
+                formatter.write_dl(
+                    [(name, verb.get_short_help_str(wide)) for name, verb in found if verb]
+                )
 
 
 def loaded(name: str) -> Callable[..., Any]:
