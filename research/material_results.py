@@ -31,7 +31,7 @@ from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import Method
 from elastomorph.physics import Load, Material, mean_response, modal_response
 from elastomorph.physics.beam import ModeTransform
-from elastomorph.physics.guard import excursion
+from elastomorph.physics.response import excursion
 
 if TYPE_CHECKING:
     from rich.table import Table

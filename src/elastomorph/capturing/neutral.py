@@ -33,38 +33,6 @@ from elastomorph.capturing.landmarks import fit_landmarks, typical_face
 from elastomorph.errors import CaptureError
 from elastomorph.model.mesh import Mesh
 
-# The surface of the neutral, in the vertices of a template, from its photographs.
-#
-# The template is placed by landmarks, bent to them, drawn to the sparse points of the cameras,
-# and then moved to where pairs of photographs agree with each other through it (`stereo`), from
-# coarse photographs to fine ones. What no two photographs show follows what they do.
-#
-# Lengths are parts of the face, which is the root mean square distance of the landmarks from
-# their middle, or pixels; weights have no unit. So neither the units of the template nor its axes
-# matter.
-#
-# Where the lips meet, found again in photographs of the neutral.
-#
-# What photographs say of a surface along its normals does not say where along the skin a vertex
-# is: the lips of the template may end a millimetre above or below those of the subject, and skin
-# of one would go with the other as soon as the mouth opens. But between closed lips, and within
-# those that part a little, every photograph is dark. The dark line is looked for across the line
-# where a camera sees the lips of the template meet, all along the mouth at once (by dynamic
-# programming). The lip that stands before the other there ends where the line begins on its side,
-# by the steepest change.
-#
-# Lengths are parts of the width of the mouth.
-#
-# Where a surface is, from pairs of photographs that are compared through it.
-#
-# The photograph of one camera is drawn as a second camera would have taken it if the surface were
-# right. What has moved between the drawn and the real photograph, by optical flow, says how far
-# the surface is off at each vertex. Nothing is searched for along lines, as in stereo without a
-# surface: both photographs look the same but for a few pixels, however differently the cameras
-# stand.
-#
-# A finer surface through the same vertices, curved as their normals say.
-#
 # The part of a photograph that shows the head, as fine as is asked for.
 
 Points = NDArray[np.float64]
@@ -97,6 +65,9 @@ def no_finer(view: View, density: float, middle: Points) -> View:
     away = float(np.linalg.norm(middle - view.camera.position))
     factor = density * away / view.camera.focal
     return view if factor > 0.95 else view.scaled(factor)
+
+
+# A finer surface through the same vertices, curved as their normals say.
 
 
 def curved(surface: Surface) -> Surface:
@@ -132,6 +103,14 @@ def curved(surface: Surface) -> Surface:
 
 
 Single = NDArray[np.float32]
+
+# Where a surface is, from pairs of photographs that are compared through it.
+#
+# The photograph of one camera is drawn as a second camera would have taken it if the surface were
+# right. What has moved between the drawn and the real photograph, by optical flow, says how far
+# the surface is off at each vertex. Nothing is searched for along lines, as in stereo without a
+# surface: both photographs look the same but for a few pixels, however differently the cameras
+# stand.
 
 # Angle between the cameras of a pair, as seen from the head, in degrees.
 _LEAST_ANGLE, _MOST_ANGLE = 4.0, 45.0
@@ -346,6 +325,18 @@ def _sine(a: Camera, b: Camera, points: Points) -> Points:
 Rows = NDArray[np.int64]
 
 _NAMES = ("mouth_right", "mouth_left", "upper_lip", "lower_lip")
+# Where the lips meet, found again in photographs of the neutral.
+#
+# What photographs say of a surface along its normals does not say where along the skin a vertex
+# is: the lips of the template may end a millimetre above or below those of the subject, and skin
+# of one would go with the other as soon as the mouth opens. But between closed lips, and within
+# those that part a little, every photograph is dark. The dark line is looked for across the line
+# where a camera sees the lips of the template meet, all along the mouth at once (by dynamic
+# programming). The lip that stands before the other there ends where the line begins on its side,
+# by the steepest change.
+#
+# Lengths are parts of the width of the mouth.
+
 # Of the angle between where the mouth looks and the direction to a camera; pixels of its width.
 _LEAST_COSINE, _LEAST_WIDTH = 0.5, 20.0
 # Places along the mouth that are looked at, without the ends, where lips are one.
@@ -567,6 +558,16 @@ def _agreeing(ends: _Ends) -> _Ends:
             kept[number] = abs(ends.higher[number] - np.median(values)) < _AGREE
     return ends.chosen(kept)
 
+
+# The surface of the neutral, in the vertices of a template, from its photographs.
+#
+# The template is placed by landmarks, bent to them, drawn to the sparse points of the cameras,
+# and then moved to where pairs of photographs agree with each other through it (`stereo`), from
+# coarse photographs to fine ones. What no two photographs show follows what they do.
+#
+# Lengths are parts of the face, which is the root mean square distance of the landmarks from
+# their middle, or pixels; weights have no unit. So neither the units of the template nor its axes
+# matter.
 
 # Called with what is being done and the part of it that is done, from 0 to 1.
 Say = Callable[[str, float], None]

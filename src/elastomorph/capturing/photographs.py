@@ -30,12 +30,6 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 
-# Pixels of a photograph, upright: every stage reads them here, so all speak of the same ones.
-#
-# EXIF says how a camera was held, and viewers turn photographs by it; so do we, everywhere, and a
-# pixel (x, y) is the one that is seen at that place. A file that ends early is an error, not a
-# face with a grey chin.
-#
 # What a camera wrote into a photograph: how it was held, its lens, and what that is in pixels.
 #
 # A focal length in pixels follows from its length on 35-mm film, f_px = f_35 · diagonal / 43.27,
@@ -149,6 +143,13 @@ _MOST_PIXELS = 200_000_000
 _SMALLEST_SIDE = 64
 _BRANDS_OF_HEIF = (b"heic", b"heix", b"hevc", b"hevx", b"heim", b"heis", b"mif1", b"msf1", b"avif")
 _WHITE = 128
+
+
+# Pixels of a photograph, upright: every stage reads them here, so all speak of the same ones.
+#
+# EXIF says how a camera was held, and viewers turn photographs by it; so do we, everywhere, and a
+# pixel (x, y) is the one that is seen at that place. A file that ends early is an error, not a
+# face with a grey chin.
 
 
 @contextmanager
@@ -568,16 +569,6 @@ def _sorted(paths: Iterable[Path]) -> list[Path]:
 #
 # Files that are damaged, one photograph twice, some that are blurred against the others, other
 # cameras or sizes among them.
-#
-# How sharp a photograph is where it shows something, to compare with others of the same head.
-#
-# The strength of its finest detail (of about a pixel) against that of coarser detail (of about
-# four), in the third of the photograph that has most of the latter. It does not depend on
-# brightness and little on what is shown; blur of a pixel or two halves it. Noise is fine detail
-# too, and would make the most blurred photograph of a dim room the sharpest: its strength is
-# estimated and taken off.
-#
-# What only shows when photographs are held against each other, within a pose and between poses.
 
 Look = NDArray[np.float32]
 
@@ -601,6 +592,9 @@ def look_of(grey: NDArray[np.uint8]) -> Look:
     fields -= fields.mean()
     fields /= max(float(fields.std()), 1e-6)
     return fields
+
+
+# What only shows when photographs are held against each other, within a pose and between poses.
 
 
 def of_use(
@@ -731,6 +725,14 @@ def shown(size: tuple[int, int]) -> str:
 
 _FINE, _COARSE, _AROUND = 0.8, 3.2, 8.0  # px
 _SHOWS_SOMETHING = 70  # percentile
+# How sharp a photograph is where it shows something, to compare with others of the same head.
+#
+# The strength of its finest detail (of about a pixel) against that of coarser detail (of about
+# four), in the third of the photograph that has most of the latter. It does not depend on
+# brightness and little on what is shown; blur of a pixel or two halves it. Noise is fine detail
+# too, and would make the most blurred photograph of a dim room the sharpest: its strength is
+# estimated and taken off.
+
 # What is left of white noise of variance 1, and nothing of what is smooth (Immerkær 1996); where
 # the skin has pores it holds these too, so that the plainer parts of what is shown tell the noise.
 _NOISE = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], dtype=np.float32) / 6

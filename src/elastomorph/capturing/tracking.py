@@ -74,24 +74,6 @@ def consistent(matches: Matches, expected: Points, extent: float) -> NDArray[np.
     return kept
 
 
-# How far off a vertex of a followed pose is expected to be, and the confidence that follows.
-#
-# Four things are expected to be wrong:
-#
-# - what photographs leave open: the covariance of the last step of Gauss–Newton from the noise that
-#   was left in each patch, larger where photographs contradict each other more than that explains;
-# - what they contradict each other by: where patches hold on to something else that looks alike,
-#   each photograph has the vertex elsewhere, and more of them do not make their mean any better;
-# - what a patch cannot follow: where the skin is stretched or compressed much, as around lips that
-#   part, a patch is a bad picture of itself, by a part of its radius for each strain; and where
-#   skin touches skin, as closed lips in the neutral, it reaches to one side only;
-# - what no photographs show: a vertex that fewer than two found is filled in, and its error grows
-#   along the surface with the way to vertices that were found, by as much as the surface is
-#   anything but rigid on that way: the back of a head goes where its front goes, a cheek does not.
-#
-# With the expected error e, the confidence is 1 / (1 + (e / 0.005 D)²): 0.5 where 0.5 % of D is
-# expected.
-#
 # Where photographs of a pose show vertices, and what that says of their places.
 
 
@@ -184,6 +166,24 @@ def normal_equations(
         quadratic = (mixing.T @ quadratic.reshape(-1, 9)).reshape(-1, 3, 3)
     return quadratic, pulls + np.einsum("nij,nj->ni", quadratic, vertices)
 
+
+# How far off a vertex of a followed pose is expected to be, and the confidence that follows.
+#
+# Four things are expected to be wrong:
+#
+# - what photographs leave open: the covariance of the last step of Gauss–Newton from the noise that
+#   was left in each patch, larger where photographs contradict each other more than that explains;
+# - what they contradict each other by: where patches hold on to something else that looks alike,
+#   each photograph has the vertex elsewhere, and more of them do not make their mean any better;
+# - what a patch cannot follow: where the skin is stretched or compressed much, as around lips that
+#   part, a patch is a bad picture of itself, by a part of its radius for each strain; and where
+#   skin touches skin, as closed lips in the neutral, it reaches to one side only;
+# - what no photographs show: a vertex that fewer than two found is filled in, and its error grows
+#   along the surface with the way to vertices that were found, by as much as the surface is
+#   anything but rigid on that way: the back of a head goes where its front goes, a cheek does not.
+#
+# With the expected error e, the confidence is 1 / (1 + (e / 0.005 D)²): 0.5 where 0.5 % of D is
+# expected.
 
 # Of D: the error at which half of the confidence is gone.
 _HALF = 0.005
@@ -320,35 +320,6 @@ def _around(deformation: Deformation, values: Points) -> Points:
     return deformation.smoothed(deformation.smoothed(mean))
 
 
-# The other poses, followed by what the neutral's own photographs show.
-#
-# Matches of single points begin. Then the photographs of the neutral are carried by both surfaces
-# into those of the pose and what they miss by is measured, first everywhere at once by optical
-# flow in small photographs, then patch by patch in larger ones; a step of Gauss–Newton on all
-# photographs with a deformation that is as rigid as possible follows each turn. What is compared
-# is always the neutral, so that nothing drifts along a chain of poses.
-#
-# Matches as anchors of a surface: where points of it are in a pose.
-#
-# Patches of skin found again in a photograph, to a fraction of a pixel.
-#
-# What the neutral's photographs show at the samples of a patch is looked for in a photograph of
-# the pose: each patch is shifted by the displacement that fits best after brightness and contrast
-# are fitted too (Lucas and Kanade, IJCAI 1981; Baker and Matthews, IJCV 56(3), 2004).
-#
-# The neutral's photographs, carried by the surface into those of a pose, and what they miss by.
-#
-# Each pixel of a pose's photograph looks at a point of the surface as it is assumed to be; that
-# point was photographed in the neutral. The picture this makes would be the photograph itself if
-# the surface were right: the optical flow between them says how far each vertex is off.
-
-# The neutral with its photographs, prepared once for all poses that are followed from it.
-#
-# Pieces of skin around each vertex.
-#
-# Samples lie all over the neutral's surface. Those near a vertex *along the surface*, so that the
-# lower lip is never near the upper one, are its patch.
-#
 # Where skin touches other skin: lips that are closed, lids.
 #
 # Upper and lower lip are two surfaces that meet where no photograph looks. No landmark and no
@@ -404,6 +375,11 @@ def folded(rest: Surface, vertices: Points, rotations: Points) -> NDArray[np.boo
 
 
 Single = NDArray[np.float32]
+
+# Pieces of skin around each vertex.
+#
+# Samples lie all over the neutral's surface. Those near a vertex *along the surface*, so that the
+# lower lip is never near the upper one, are its patch.
 
 # Rows of distances along the surface that are held at once.
 # How much longer than straight the way along the surface to a sample of the patch may be.
@@ -536,6 +512,8 @@ def _connected(
         kept[mine] &= way <= limit
     return kept
 
+
+# The neutral with its photographs, prepared once for all poses that are followed from it.
 
 # Of the angle between a normal and the direction to a camera, below which nothing is believed.
 LEAST_COSINE = 0.2
@@ -679,6 +657,12 @@ class Reference:
 
 
 Picture = NDArray[np.uint8]
+
+# The neutral's photographs, carried by the surface into those of a pose, and what they miss by.
+#
+# Each pixel of a pose's photograph looks at a point of the surface as it is assumed to be; that
+# point was photographed in the neutral. The picture this makes would be the photograph itself if
+# the surface were right: the optical flow between them says how far each vertex is off.
 
 # Photographs of the neutral that each of the pose is compared with.
 _SOURCES = 2
@@ -835,6 +819,12 @@ def _missed(
     return found
 
 
+# Patches of skin found again in a photograph, to a fraction of a pixel.
+#
+# What the neutral's photographs show at the samples of a patch is looked for in a photograph of
+# the pose: each patch is shifted by the displacement that fits best after brightness and contrast
+# are fitted too (Lucas and Kanade, IJCAI 1981; Baker and Matthews, IJCV 56(3), 2004).
+
 # Grey values: what a photograph's noise and rounding leave at least; a flat patch's contrast.
 _NOISE = 1.0
 # Samples of a blurred photograph tell less than as many independent ones.
@@ -965,6 +955,8 @@ def _solved(
     return Shifts(vertices, shifts, information, likeness)
 
 
+# Matches as anchors of a surface: where points of it are in a pose.
+
 # Reach of matches, in D, and how much the surface resists bending, in the turns of the beginning.
 _BEGINNING = ((0.1, 0.5), (0.03, 0.5), (0.015, 0.2), (0.01, 0.2), (0.01, 0.2))
 # Of D: how far from the surface of the neutral a point of its skin may be.
@@ -1034,6 +1026,14 @@ def begun(reference: Reference, start: Points, anchors: Anchors) -> Points:
 
 
 Say = Callable[[str, float], None]
+
+# The other poses, followed by what the neutral's own photographs show.
+#
+# Matches of single points begin. Then the photographs of the neutral are carried by both surfaces
+# into those of the pose and what they miss by is measured, first everywhere at once by optical
+# flow in small photographs, then patch by patch in larger ones; a step of Gauss–Newton on all
+# photographs with a deformation that is as rigid as possible follows each turn. What is compared
+# is always the neutral, so that nothing drifts along a chain of poses.
 
 # Pixels that D is long at in each turn of flow, and residual from which on it counts less.
 _FLOWS, _FLOW_ROBUST = (330.0, 330.0, 330.0, 650.0), 4.0
