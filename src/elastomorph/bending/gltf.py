@@ -51,6 +51,7 @@ from elastomorph.io.gltf.container import GltfFile, open_gltf
 from elastomorph.io.gltf.meshopt import EXTENSIONS, require_meshopt
 from elastomorph.io.gltf.nodes import placed_meshes
 from elastomorph.io.gltf.reader import read_meshes, rig_of
+from elastomorph.io.gltf.vrm import overrides_note, overrides_of
 from elastomorph.io.untrusted import naming_file
 from elastomorph.numbers import as_number
 from elastomorph.paths import Method
@@ -686,6 +687,7 @@ class CharacterEdit:
             storage_error=max((own.error for own in self._meshes), default=0.0),
             key_error=self._clips.error,
             was_bent=self._character.was_bent,
+            notes=(overrides_note(overrides),) if (overrides := overrides_of(file)) else (),
         )
 
 

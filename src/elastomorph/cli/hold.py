@@ -99,10 +99,12 @@ def hold(
         "corrections": [asdict(own) for own in found[0].corrections],
         "written": None if written is None else str(written),
     }
+    if report is not None:
+        facts["notes"] = report.notes
     if isinstance(report, BendReport):
         facts |= {"targets": report.targets, "targets_before": report.targets_before}
     elif report is not None:
-        facts |= {"original": str(report.original), "notes": report.notes}
+        facts["original"] = str(report.original)
     return Answer(facts, lambda: _tell(found[0], written, facts.get("notes", ())))
 
 
