@@ -341,7 +341,7 @@ class _Bends:
     def _notes(self) -> Iterator[str]:
         original, kept = self.face.original, self.face.kept
         if not self.face.whole:
-            yield "the file is a layer: what it adds is written anew, over the file under it"
+            yield "the file is a layer: what is written lies over the file under it, in its place"
         if kept:
             names = ", ".join(name for name in original.rig.morphs if name in kept)
             yield f"targets that have in-betweens already, and keep them: {names}"
