@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from test_bend_usd_composed import opened, saved, with_variants
 from test_bend_usd_pairs import MESHES, PAIR, expected, meeting, weights_at
 from usd_characters import HEAD, complaints, define_character, played
 
@@ -14,6 +15,7 @@ import elastomorph as em
 from elastomorph.bending.usd import bend_usd, hold_usd
 from elastomorph.errors import FileError, FormatError
 from needs import extra
+from small_head import head, shapes
 
 extra("pxr", "usd")
 
@@ -226,3 +228,45 @@ def test_what_cannot_be_written_is_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(FormatError, match="a layer lies over a file beside it"):
         hold_usd(original, tmp_path / "held.usdz", adding("extra", HINGE))
     assert [*tmp_path.iterdir()] == [original]
+
+
+def test_paths_of_the_original_stay_its_own(tmp_path: Path) -> None:
+    """Of a file that elastomorph wrote with bends, the layer holds correctives alone."""
+    ends = {name: shapes()[name] for name in ("jawOpen", "mouthClose")}
+    em.write(tmp_path / "face.usda", em.Rig(head(), ends))
+    report = hold_usd(tmp_path / "face.usda", tmp_path / "held.usda", adding("extra", HINGE))
+    assert [own.name for own in report.bent] == ["extra"]
+    before, after = em.read_rig(tmp_path / "face.usda"), em.read_rig(tmp_path / "held.usda")
+    assert after.sliders.correctives == {**before.sliders.correctives, "extra": HINGE}
+    for name, morph in before.morphs.items():
+        np.testing.assert_array_equal(after[name].bends, morph.bends)
+
+
+def test_what_a_variant_brings_is_held_in_it(tmp_path: Path) -> None:
+    from pxr import Usd
+
+    stage = Usd.Stage.CreateInMemory()
+    with_variants(stage)
+    original, layer = saved(stage, tmp_path / "face.usda"), tmp_path / "held.usda"
+    report = hold_usd(original, layer, adding("extra", em.Corrective(("jawOpen",), "hinge", (2,))))
+    assert "only the selected variants (shape=a) are changed" in report.notes[-1]
+    assert complaints(layer) == complaints(original)
+    for choice, meshes in (("a", ("/body/head", "/body/teeth")), ("b", ("/body/teeth",))):
+        stage = opened(layer, {"shape": choice})
+        added = {str(p.GetPath()) for p in stage.TraverseAll() if p.GetName() == "extra"}
+        assert added == {f"{mesh}/extra" for mesh in meshes}
+
+
+def test_an_instance_is_refused(tmp_path: Path) -> None:
+    from pxr import Usd
+
+    meeting(tmp_path / "face.usda")
+    stage = Usd.Stage.CreateInMemory()
+    prim = stage.DefinePrim("/one")
+    prim.GetReferences().AddReference("./face.usda")
+    prim.SetInstanceable(True)
+    shot = saved(stage, tmp_path / "shot.usda")
+    with pytest.raises(
+        FormatError, match="nothing in an instance can be overridden; take the file"
+    ):
+        hold_usd(shot, tmp_path / "held.usda", adding("extra", HINGE))
