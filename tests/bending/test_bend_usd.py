@@ -176,7 +176,7 @@ def test_a_layer_is_bent_anew_from_its_original(original: Path) -> None:
     assert second.original == first.original == original
     assert first.notes == ()
     assert second.notes == (
-        "the file is a layer of bends: it was bent anew from the file under it",
+        "the file is a layer: what is written lies over the file under it, in its place",
     )
     finer = bend_usd(once, once, tolerance=1e-4)
     assert len(finer.bent[0].inbetweens) > len(first.bent[0].inbetweens)

@@ -117,7 +117,8 @@ def test_only_the_selected_variant_bends(tmp_path: Path, referenced: bool) -> No
     report = bend_usd(original, layer)
     assert report.bent[0].meshes == ("/body/head", "/body/teeth")
     assert report.notes == (
-        "only the selected variants (shape=a) are bent; the blend shapes of others stay straight",
+        "only the selected variants (shape=a) are changed; the blend shapes of others stay as they "
+        "are",
     )
     gained = report.bent[0].gain * report.extent
     assert bends_by(layer, original, "/body/head") == pytest.approx(gained, rel=0.1)

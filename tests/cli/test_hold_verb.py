@@ -14,7 +14,9 @@ from elastomorph.bending.gltf import KEYS_TOLERANCE
 from elastomorph.io.gltf.accessors import read_floats
 from elastomorph.io.gltf.container import open_gltf
 from elastomorph.rig.laws import Corrective
+from fbx_samples import Model, Shape, as_binary, scene
 from foreign_files import chunks_of, glb, write_foreign_glb
+from needs import extra
 from small_eye import MOVES, eye
 
 HINGES = ["hold_eyeBlinkLeft_1", "hold_eyeBlinkLeft_2"]
@@ -117,6 +119,88 @@ def test_a_folder_is_held_as_an_export(file: Path, capsys: pytest.CaptureFixture
     assert list(em.read_rig("held.glb").sliders.correctives) == HINGES
     assert run("hold", "eye.glb", "-o", "held.npz") == 0
     assert list(em.read_rig("held.npz").sliders.correctives) == HINGES
+
+
+def test_a_usd_file_is_held_by_a_layer(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    extra("pxr", "usd")
+    em.write("eye.usda", em.read_rig(file, method="linear"))
+    before = Path("eye.usda").read_bytes()
+    assert run("hold", "eye.usda", "--dry-run", "--json") == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert [own["name"] for own in facts["corrections"]] == HINGES
+    assert facts["written"] is None
+    assert run("hold", "eye.usda", "-o", "held.usda") == 0
+    assert "@./eye.usda@" in Path("held.usda").read_text()
+    written, expected = em.read_rig("held.usda"), em.hold(em.read_rig("eye.usda")).rig
+    assert written.sliders == expected.sliders
+    for face in ({"eyeBlinkLeft": 1.0}, {"eyeBlinkLeft": 0.9, "eyeSquintLeft": 0.8}):
+        np.testing.assert_allclose(written.pose(face), expected.pose(face), atol=1e-5)
+    capsys.readouterr()
+    assert run("hold", "held.usda", "-o", "again.usda") == 0
+    assert "nothing is added" in capsys.readouterr().out
+    assert not Path("again.usda").exists()
+    assert run("unbend", "held.usda", "-o", "back.usda") == 0
+    assert Path("back.usda").read_bytes() == Path("eye.usda").read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("rig", "output", "problem"),
+    [
+        ("eye.glb", "held.vrm", ""),
+        ("eye.glb", "held.gltf", "name an output with the suffix .glb or .vrm"),
+        ("eye.glb", "held.usda", ""),
+        ("eye.vrm", "held.vrm", ""),
+        ("eye.usda", "held.usdc", ""),
+        ("eye.usda", "held.usdz", "make a package of that with usdzip"),
+        ("eye.usda", "held.npz", ""),
+        ("eye.usdz", "held.usda", ""),
+        ("eye.fbx", "held.glb", ""),
+        ("eye.fbx", "held.fbx", "this format is only read"),
+        ("eye.npz", "held.usdz", ""),
+        ("eye.npz", "held.vrm", "this format is only read"),
+        ("eye.toml", "held.npz", ""),
+        ("eye.toml", "held.obj", "unknown suffix '.obj'"),
+        ("faces", "held", "the name has no suffix"),
+        ("built-in", "held.gltf", "this format is only read"),
+    ],
+)
+def test_every_door_holds_or_says_why_not(
+    file: Path, capsys: pytest.CaptureFixture[str], rig: str, output: str, problem: str
+) -> None:
+    extra("pxr", "usd")
+    held = em.read_rig(file, method="linear")
+    _write(Path(rig), held)
+    assert (run("hold", rig, "-o", output) == 0) == (not problem)
+    said = " ".join(capsys.readouterr().err.split())
+    assert problem in said
+    assert "Traceback" not in said
+    assert Path(output).exists() == (not problem)
+    if not problem:
+        assert set(HINGES) <= set(em.read_rig(output).sliders.correctives)
+
+
+def _write(path: Path, rig: em.Rig) -> None:
+    """Write a rig as a file or folder of this name; that of the eye is there as eye.glb."""
+    if path.suffix == ".vrm":
+        path.write_bytes(Path("eye.glb").read_bytes())
+    elif path.suffix == ".toml":
+        path.write_text('[character]\nrig = "eye.glb"\n')
+    elif path.suffix == ".fbx":
+        channels = {}
+        for name, target in rig.targets.items():
+            offsets = target.vertices - rig.neutral.vertices
+            moved = np.flatnonzero(offsets.any(axis=1))
+            channels[name] = [Shape(moved.tolist(), offsets[moved].tolist())]
+        faces = [list(face) for face in rig.neutral.faces]
+        model = Model("eye", rig.neutral.vertices.tolist(), faces, channels)
+        path.write_bytes(as_binary(scene(model)))
+    elif path.name == "faces":
+        path.mkdir()
+        em.write(path / "neutral.obj", rig.neutral)
+        for name, target in rig.targets.items():
+            em.write(path / f"{name}.obj", target)
+    elif path.suffix not in ("", ".glb"):
+        em.write(path, rig)
 
 
 def test_a_take_says_in_how_many_frames(file: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -14,6 +14,7 @@ from elastomorph.paths import Method
 
 if TYPE_CHECKING:
     from elastomorph.bending.usd import UsdBendReport
+    from elastomorph.rig import Rig
 
 _GLTF = (".glb", ".gltf", ".vrm")
 _USD = (".usd", ".usda", ".usdc", ".usdz")
@@ -105,6 +106,41 @@ def bend(
     options |= {"tolerance": tolerance, "keys_tolerance": keys_tolerance}
     options |= {"fold": fold, "compress": compress, "curves": curves}
     return bend_gltf(path, output, max_targets=max_targets, **options)
+
+
+def in_place(path: str | Path, output: str | Path | None) -> bool:
+    """Whether `hold` changes a file where it is, or lies a layer over it, to write the output."""
+    suffixes = {Path(name).suffix.lower() for name in (path, output or path)}
+    return suffixes <= {*_GLTF} or suffixes <= {*_USD}
+
+
+def hold(
+    path: str | Path,
+    output: str | Path | None,
+    held: Callable[[Rig], Rig],
+    *,
+    say: Callable[[str], None] = lambda _: None,
+) -> BendReport | UsdBendReport:
+    """Add correctives to a character in its own file, bent or not, and keep all the rest of it.
+
+    Args:
+        path: The character, as for `bend`.
+        output: The file to write if anything is added, of the same format; None: nothing is
+            written, and the report says what would be.
+        held: From the rig of the file to that with correctives.
+        say: Told what is being done.
+
+    Raises:
+        ElastomorphError: As for `bend`, and what ``held`` raises.
+    """
+    _require_character(path, "hold", output)
+    if Path(path).suffix.lower() in _USD:
+        from elastomorph.bending.usd import hold_usd
+
+        return hold_usd(path, output, held, say=say)
+    from elastomorph.bending.gltf import hold_gltf
+
+    return hold_gltf(path, output, held, say=say)
 
 
 def _require_curves(

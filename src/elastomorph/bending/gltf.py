@@ -16,7 +16,6 @@ import copy
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +40,7 @@ from elastomorph.bending.meshes import (
     data_uri,
     spaces_of,
 )
-from elastomorph.bending.plan import BentMorph, Plan, make_plan
+from elastomorph.bending.plan import BentMorph, Plan, make_plan, not_bare, plan_as_is
 from elastomorph.bending.report import BendReport, BentTarget
 from elastomorph.bending.undo import record
 from elastomorph.errors import FileError, FormatError, ParameterError
@@ -52,6 +51,7 @@ from elastomorph.io.gltf.container import GltfFile, open_gltf
 from elastomorph.io.gltf.meshopt import EXTENSIONS, require_meshopt
 from elastomorph.io.gltf.nodes import placed_meshes
 from elastomorph.io.gltf.reader import read_meshes, rig_of
+from elastomorph.io.gltf.vrm import overrides_note, overrides_of
 from elastomorph.io.untrusted import naming_file
 from elastomorph.numbers import as_number
 from elastomorph.paths import Method
@@ -395,8 +395,7 @@ def bend_gltf(
         say=say,
     )
     if shapes:  # of a file that was held, which bends anew from its original
-        known = {*face.rig.morphs, *shapes}
-        plan = plan.with_correctives(_welded(face, held, known))
+        plan = plan.with_correctives(_welded(face, held))
     with of_bounded_depth(path):
         edit = CharacterEdit(character, face, plan, fewest, compress=compress)
         edit.add_bends(say)
@@ -428,13 +427,8 @@ def hold_gltf(
     more = held(rig)
     if len(more) == len(rig):
         output = None  # there is nothing to add
-    now = _welded(face, more, more.morphs)
     # What its original has stays as it is; the bends that undoing took out are planned anew.
-    own = face.rig.morphs
-    before = {n for n in rig.morphs if n in own or is_pair_bend(rig.morphs[n])}
-    straight = [n for n in before if n not in own or not len(own[n].bends)]
-    plan = make_plan(_welded(face, more, before), only=straight, tolerance=FEWEST)
-    plan = plan.with_correctives(now)
+    plan = plan_as_is(face.rig, _welded(face, more), FEWEST)
     with of_bounded_depth(path):
         edit = CharacterEdit(character, face, plan, FEWEST)
         edit.add_bends(say)
@@ -458,18 +452,14 @@ def _opened(
 def _whole_rig(file: GltfFile) -> Rig:
     """The rig of a file, in which no path is bare."""
     with naming_file(file.path), np.errstate(all="ignore"):
-        rig = rig_of(file, read_meshes(file, placed_meshes(file)))
-    paths = {name: replace(morph, bare=False) for name, morph in rig.morphs.items()}
-    own = rig.sliders
-    return Rig(rig.neutral, paths, correctives=own.correctives, groups=own.groups)
+        return not_bare(rig_of(file, read_meshes(file, placed_meshes(file))))
 
 
-def _welded(face: Face, rig: Rig, names: Collection[str]) -> Rig:
-    """Some morphs of a rig of the face, as of the face that paths are made for."""
+def _welded(face: Face, rig: Rig) -> Rig:
+    """A rig of the face, as of the face that paths are made for."""
     with naming_file(face.file.path):
-        welded = {n: face.welding.welded(m) for n, m in rig.morphs.items() if n in names}
-    laws = {n: own for n, own in rig.sliders.correctives.items() if n in names}
-    return Rig(face.welding.neutral, welded, correctives=laws)
+        welded = {name: face.welding.welded(morph) for name, morph in rig.morphs.items()}
+    return Rig(face.welding.neutral, welded, correctives=rig.sliders.correctives)
 
 
 def unbend_gltf(path: str | Path, output: str | Path) -> None:
@@ -697,6 +687,7 @@ class CharacterEdit:
             storage_error=max((own.error for own in self._meshes), default=0.0),
             key_error=self._clips.error,
             was_bent=self._character.was_bent,
+            notes=(overrides_note(overrides),) if (overrides := overrides_of(file)) else (),
         )
 
 

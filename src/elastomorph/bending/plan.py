@@ -25,6 +25,7 @@ from elastomorph.paths.bake import largest_sum
 from elastomorph.rig import Rig
 from elastomorph.rig.build import extent_of, with_paths
 from elastomorph.rig.laws import Corrective
+from elastomorph.rig.pairs import is_pair_bend
 from elastomorph.rig.positive import turned_positive
 
 Floats = NDArray[np.float64]
@@ -258,14 +259,15 @@ class Plan:
     left_out: tuple[BentMorph, ...]
 
     def with_correctives(self, rig: Rig) -> Plan:
-        """The same, and what sliders drive in a rig that is not in the file.
+        """The same, and what sliders drive in a rig that is not in the file, but for pair bends.
 
         Args:
             rig: One on the same neutral, with morphs that are driven entirely by sliders of that
                 of the plan.
         """
         scale = self.extent or 1.0
-        laws = {n: own for n, own in rig.sliders.correctives.items() if n not in self.rig.morphs}
+        known = {*self.rig.morphs, *rig.pair_bends()}
+        laws = {n: own for n, own in rig.sliders.correctives.items() if n not in known}
         more = {name: rig.morphs[name] for name in laws}
         added = tuple(
             BentMorph(
@@ -350,6 +352,28 @@ def make_plan(
         found = _bent(name, rig.morphs[name], way, gains[name], scale, pairs.get(name))
         (left_out if nothing else bent).append(found)
     return Plan(rig, extent, tuple(bent), tuple(left_out))
+
+
+def not_bare(rig: Rig) -> Rig:
+    """The rig, in which a straight line stands for no path that is still to be chosen."""
+    morphs = {name: replace(morph, bare=False) for name, morph in rig.morphs.items()}
+    own = rig.sliders
+    return Rig(rig.neutral, morphs, correctives=own.correctives, groups=own.groups)
+
+
+def plan_as_is(original: Rig, rig: Rig, tolerance: float) -> Plan:
+    """What to add to the original of a file so that it has the paths and correctives of a rig.
+
+    Args:
+        original: The face in the original. Its targets with bends keep those.
+        rig: The face with the paths of the file, none of them bare, and what is driven by sliders.
+        tolerance: As for `make_plan`.
+    """
+    morphs = {n: m for n, m in rig.morphs.items() if n in original or is_pair_bend(m)}
+    bends = [n for n in morphs if n not in original or not len(original[n].bends)]
+    laws = {n: own for n, own in rig.sliders.correctives.items() if n in morphs}
+    plan = make_plan(Rig(rig.neutral, morphs, correctives=laws), only=bends, tolerance=tolerance)
+    return plan.with_correctives(rig)
 
 
 def _names(rig: Rig, only: Collection[str] | None) -> list[str]:

@@ -57,6 +57,7 @@ class BendReport:
         was_bent: Whether the file was bent before, and has been bent anew from its original.
         matched: Where curves were given back: how many targets were known by "name", "index" and
             "shape".
+        notes: What else there is to know: which expressions of a VRM override others.
     """
 
     path: Path
@@ -76,6 +77,7 @@ class BendReport:
     key_error: float
     was_bent: bool
     matched: Mapping[str, int] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     @property
     def largest_error(self) -> float:

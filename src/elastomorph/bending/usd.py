@@ -6,7 +6,8 @@ a target moves together, at the same weights, so that no seam between meshes ope
 
 Where two targets meet, their pair bend is a blend shape that the layer adds: at weight 1 it moves
 nothing, and its in-betweens are the bend. The layer extends the animation that a mesh follows by
-its weight; others drive it by the least of the weights of both.
+its weight; others drive it by the least of the weights of both. Correctives that hold a rig
+together are blend shapes of the layer too, with weights by their laws.
 """
 
 from __future__ import annotations
@@ -14,14 +15,16 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
 from elastomorph.bending.keys import Columns, Driven, bent_keys
-from elastomorph.bending.plan import BentMorph, Plan, make_plan
+from elastomorph.bending.plan import BentMorph, Plan, make_plan, not_bare, plan_as_is
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import read_bytes, replacing, same_file
+from elastomorph.io.untrusted import naming_file
 from elastomorph.io.usd.inbetweens import Placement, place_inbetweens
 from elastomorph.io.usd.layer import (
     BentShape,
@@ -38,6 +41,7 @@ from elastomorph.io.usd.layer import (
     straight_shape,
     write_layer,
 )
+from elastomorph.io.usd.reader import read_usd
 from elastomorph.model.morph import Morph
 from elastomorph.numbers import as_number
 from elastomorph.paths import Method
@@ -128,7 +132,7 @@ def bend_usd(
     which `elastomorph.read_rig` gives back. Of targets that meet it adds pair bends, to the lists
     of their meshes and to the animation that these follow, with keys where it takes them. Targets
     that have in-betweens, or a path of elastomorph's, keep them. A layer of bends is made anew from
-    the file that it lies over.
+    the file that it lies over, and keeps correctives that `hold_usd` wrote.
 
     Args:
         path: A .usd, .usda, .usdc or .usdz file, or a layer that this function wrote.
@@ -146,33 +150,50 @@ def bend_usd(
         FileError: A file is missing, cannot be read or written, or the output is an input.
     """
     allowed = as_number(_TOLERANCE if tolerance is None else tolerance, "the tolerance", above=0)
-    if output is not None:
-        require_layer_path(output)
-    original = read_original(path)
-    if output is not None:
-        require_other_file(output, original.path, original.files)
-    _require_reach(path, original)
-    bends = _Bends.planned(original, method, only, allowed, say)
-    output = output if bends.plan.bent else None
-    shapes = list(bends.shapes(path if output is None else output)) if bends.plan.bent else []
-    clips = [own for one in original.animations if (own := _extended(one, shapes, allowed))]
-    if not shapes:
-        size = 0
-    elif output is None:
-        with tempfile.TemporaryDirectory(prefix="elastomorph-") as folder:
-            size = write_layer(Path(folder) / "bends.usdc", original, shapes, clips)
-    else:
-        size = write_layer(output, original, shapes, clips)
-    return UsdBendReport(
-        Path(path),
-        original.path,
-        None if output is None else Path(output),
-        size,
-        allowed,
-        bends.plan.extent,
-        tuple(bends.targets(shapes)),
-        tuple(_notes(path, original, bends.kept)),
-    )
+    face = _Face.read(path, output)
+    names = _names(only, face.original.rig)
+    plan = make_plan(
+        face.bare(),
+        method,
+        only=[name for name in names if name not in face.kept],
+        tolerance=min(_OF_PATHS, allowed),
+        say=say,
+    ).with_correctives(face.welded(face.rig))
+    return _Bends(face, plan, frozenset(names), face.kept, allowed).written(path, output, say)
+
+
+def hold_usd(
+    path: str | Path,
+    output: str | Path | None,
+    held: Callable[[Rig], Rig],
+    *,
+    say: Callable[[str], None] = lambda _: None,
+) -> UsdBendReport:
+    """Write a layer that adds correctives to a USD file, and to its animations; its paths stay.
+
+    What a layer of bends says is said by the new layer too, with in-betweens within the same
+    tolerance: both lie over the same file.
+
+    Args:
+        path: As of `bend_usd`.
+        output: The layer, if anything is added; None: only say what would come of it.
+        held: From the rig of the file to that with correctives.
+        say: Called with what is being done.
+
+    Raises:
+        MissingExtraError: As of `bend_usd`.
+        FormatError: As of `bend_usd`.
+        FileError: As of `bend_usd`.
+    """
+    say(f"reading {path}")
+    face = _Face.read(path, output)
+    more = held(not_bare(face.rig))
+    allowed = face.original.tolerance or _TOLERANCE
+    plan = plan_as_is(face.original.rig, face.welded(more), min(_OF_PATHS, allowed))
+    # Nothing is said of what the original says, nor of paths that are still to be chosen.
+    stay = {name for name, morph in face.rig.morphs.items() if face.whole or morph.bare}
+    bends = _Bends(face, plan, frozenset(face.rig.morphs), face.kept | stay, allowed)
+    return bends.written(path, output if len(more) > len(face.rig) else None, say)
 
 
 def unbend_usd(path: str | Path, output: str | Path) -> Path:
@@ -215,48 +236,31 @@ def _require_reach(path: str | Path, original: OriginalFile) -> None:
                 raise FormatError(
                     path,
                     f"{shape.prim} lies in the instance {shape.instance}, and nothing in an "
-                    "instance can be overridden; bend the file that it refers to, or make the "
+                    "instance can be overridden; take the file that it refers to, or make the "
                     "instance a plain reference (instanceable = false)",
                 )
 
 
-def _notes(path: str | Path, original: OriginalFile, kept: Collection[str]) -> Iterator[str]:
-    if not same_file(path, original.path):
-        yield "the file is a layer of bends: it was bent anew from the file under it"
-    if kept:
-        names = ", ".join(name for name in original.rig.morphs if name in kept)
-        yield f"targets that have in-betweens already, and keep them: {names}"
-    variants = {own for mesh in original.meshes for shape in mesh.shapes for own in shape.variants}
-    if variants:
-        yield (
-            f"only the selected variants ({', '.join(sorted(variants))}) are bent; the blend "
-            "shapes of others stay straight"
-        )
-
-
 @dataclass(frozen=True, eq=False)
-class _Bends:
-    """The paths of a file, and where their in-betweens are."""
+class _Face:
+    """The meshes of a file that have blend shapes, as one."""
 
     original: OriginalFile
+    rig: Rig  # With the paths and correctives of the file: of a layer, not those of its original
+    whole: bool  # Whether the file is no layer, but the original
     welding: Welding
-    plan: Plan
-    kept: frozenset[str]  # Morphs with in-betweens or paths in the file
-    placements: Mapping[str, Placement]  # Of the morphs that bend
-    asked: frozenset[str]  # Morphs that may bend
+    kept: frozenset[str]  # Morphs with in-betweens or paths in the original
 
     @classmethod
-    def planned(
-        cls,
-        original: OriginalFile,
-        method: str | Method | Mapping[str, str | Method] | None,
-        only: Collection[str] | None,
-        tolerance: float,
-        say: Callable[[str], None],
-    ) -> _Bends:
-        rig = original.rig
-        shapes = [shape for mesh in original.meshes for shape in mesh.shapes]
-        kept = frozenset(shape.name for shape in shapes if shape.has_path)
+    def read(cls, path: str | Path, output: str | Path | None) -> _Face:
+        """The face in a file, over which a layer may be written to the output."""
+        if output is not None:
+            require_layer_path(output)
+        original = read_original(path)
+        if output is not None:
+            require_other_file(output, original.path, original.files)
+        _require_reach(path, original)
+        rig, whole = original.rig, same_file(path, original.path)
         targets = [morph.target.vertices for morph in rig.morphs.values()]
         if all(np.array_equal(target, rig.neutral.vertices) for target in targets):
             raise FormatError(
@@ -264,28 +268,100 @@ class _Bends:
                 "none of its blend shapes moves any vertex, so there is nothing to bend; export it "
                 "with blend shapes that move",
             )
+        shapes = [shape for mesh in original.meshes for shape in mesh.shapes]
+        kept = frozenset(shape.name for shape in shapes if shape.has_path)
         welding = Welding.of(rig.neutral, targets)
-        ends = {name: welding.mesh(morph.target) for name, morph in rig.morphs.items()}
-        moving = bare_rig(welding.neutral, ends)
-        names = _names(only, moving)
-        free = [name for name in names if name not in kept]
-        paths = min(_OF_PATHS, tolerance)
-        plan = make_plan(moving, method, only=free, tolerance=paths, say=say)
-        within = tolerance * plan.extent / (welding.neutral.diameter or 1.0)
-        say(f"Placing in-betweens for {len(plan.bent)} targets")
-        placements = {
-            own.name: place_inbetweens(own.morph, tolerance=within, most=_MOST) for own in plan.bent
+        return cls(original, rig if whole else read_usd(path), whole, welding, kept)
+
+    def bare(self) -> Rig:
+        """The targets of the original, as of the face that paths are made for."""
+        morphs = self.original.rig.morphs
+        ends = {name: self.welding.mesh(morph.target) for name, morph in morphs.items()}
+        return bare_rig(self.welding.neutral, ends)
+
+    def welded(self, rig: Rig) -> Rig:
+        """A rig of the face likewise, without the bends that the original keeps."""
+        with naming_file(self.original.path):
+            morphs = {
+                name: self.welding.welded(
+                    replace(own, bends=own.bends[:0], bend_curves=()) if name in self.kept else own
+                )
+                for name, own in rig.morphs.items()
+            }
+        return Rig(self.welding.neutral, morphs, correctives=rig.sliders.correctives)
+
+
+@dataclass(frozen=True, eq=False)
+class _Bends:
+    """What a layer adds to a file, and where in-betweens are."""
+
+    face: _Face
+    plan: Plan
+    asked: frozenset[str]  # Morphs that may bend
+    silent: frozenset[str]  # Morphs of the original of which the layer says nothing
+    tolerance: float  # Of the in-betweens, as a fraction of D
+
+    @cached_property
+    def placements(self) -> Mapping[str, Placement]:
+        """The fewest in-betweens that hold each morph that bends."""
+        within = self.tolerance * self.plan.extent / (self.face.welding.neutral.diameter or 1.0)
+        return {
+            own.name: place_inbetweens(own.morph, tolerance=within, most=_MOST)
+            for own in self.plan.bent
         }
-        return cls(original, welding, plan, kept, placements, frozenset(names))
+
+    def written(
+        self, path: str | Path, output: str | Path | None, say: Callable[[str], None]
+    ) -> UsdBendReport:
+        """Write the layer if there is anything to add, or only find out how large it would be."""
+        say(f"Placing in-betweens for {len(self.plan.bent)} targets")
+        original, allowed = self.face.original, self.tolerance
+        output = output if self.plan.bent else None
+        shapes = list(self.shapes(path if output is None else output)) if self.plan.bent else []
+        clips = [own for one in original.animations if (own := _extended(one, shapes, allowed))]
+        if not shapes:
+            size = 0
+        elif output is None:
+            with tempfile.TemporaryDirectory(prefix="elastomorph-") as folder:
+                place = Path(folder) / "bends.usdc"
+                size = write_layer(place, original, shapes, clips, tolerance=allowed)
+        else:
+            size = write_layer(output, original, shapes, clips, tolerance=allowed)
+        return UsdBendReport(
+            Path(path),
+            original.path,
+            None if output is None else Path(output),
+            size,
+            allowed,
+            self.plan.extent,
+            tuple(self.targets(shapes)),
+            tuple(self._notes()),
+        )
+
+    def _notes(self) -> Iterator[str]:
+        original, kept = self.face.original, self.face.kept
+        if not self.face.whole:
+            yield "the file is a layer: what is written lies over the file under it, in its place"
+        if kept:
+            names = ", ".join(name for name in original.rig.morphs if name in kept)
+            yield f"targets that have in-betweens already, and keep them: {names}"
+        shapes = [shape for mesh in original.meshes for shape in mesh.shapes]
+        variants = {own for shape in shapes for own in shape.variants}
+        if variants:
+            yield (
+                f"only the selected variants ({', '.join(sorted(variants))}) are changed; the "
+                "blend shapes of others stay as they are"
+            )
 
     def shapes(self, output: str | Path) -> Iterator[BentShape]:
         """What the layer says of each blend shape of which it says something."""
         bent = {own.name: own for own in self.plan.bent}
         known: dict[str, BentShape] = {}
         whole: dict[str, Morph] = {}
-        for mesh in self.original.meshes:
+        original = self.face.original
+        for mesh in original.meshes:
             for shape in mesh.shapes:
-                if shape.name in self.kept:
+                if shape.name in self.silent:
                     continue
                 if shape.name in bent and shape.name not in whole:
                     whole[shape.name] = self._whole(bent[shape.name])
@@ -294,22 +370,22 @@ class _Bends:
                     known[shape.prim] = own
                     yield own
                 else:
-                    _require_same(self.original, known[shape.prim], own)
+                    _require_same(original, known[shape.prim], own)
         for one in self.plan.bent:
             if one.law is not None:
                 weights, extent = self.placements[one.name].weights, self.plan.extent
                 yield from added_shapes(
-                    output, self.original, one.name, one.law, self._whole(one), weights, extent
+                    output, original, one.name, one.law, self._whole(one), weights, extent
                 )
 
     def _whole(self, bent: BentMorph) -> Morph:
-        rig = self.original.rig
+        rig, welding = self.face.original.rig, self.face.welding
         if bent.name in rig:
             target = rig.morphs[bent.name].target
         else:
-            moved = self.welding.fields(bent.morph.delta)
+            moved = welding.fields(bent.morph.delta)
             target = rig.neutral.with_vertices(rig.neutral.vertices + moved)
-        return self.welding.morph(rig.neutral, target, bent.morph)
+        return welding.morph(rig.neutral, target, bent.morph)
 
     def _shape(
         self, output: str | Path, mesh: OriginalMesh, shape: OriginalShape, morph: Morph | None
@@ -322,13 +398,13 @@ class _Bends:
     def targets(self, shapes: list[BentShape]) -> Iterator[UsdBentTarget]:
         """What becomes of each target."""
         bent = {own.name: own for own in self.plan.bent}
-        scale = (self.welding.neutral.diameter or 1.0) / (self.plan.extent or 1.0)
+        scale = (self.face.welding.neutral.diameter or 1.0) / (self.plan.extent or 1.0)
         added: dict[str, list[BentShape]] = {}
         for shape in shapes:
             if shape.bent or shape.original.driven:
                 added.setdefault(shape.original.name, []).append(shape)
         added_names = [own.name for own in self.plan.bent if own.law is not None]
-        for name in (*self.original.rig.morphs, *added_names):
+        for name in (*self.face.original.rig.morphs, *added_names):
             if name not in bent:
                 yield UsdBentTarget(name, "linear", 0.0, (), 0.0, 0, (), self._why(name))
                 continue
@@ -344,7 +420,7 @@ class _Bends:
             )
 
     def _why(self, name: str) -> str:
-        if name in self.kept:
+        if name in self.face.kept:
             return "keeps the in-betweens it has"
         if name not in self.asked:
             return "not asked for"
@@ -361,14 +437,15 @@ def _extended(
     """
     place = {token: column for column, token in enumerate(own.tokens)}
     added = {s.original.found.token: s.original.driven for s in shapes if s.original.driven}
-    driven = {t: one for t, one in added.items() if place.keys() >= {*one.drivers}}
+    driven = {t: one for t, one in added.items() if not place.keys().isdisjoint(one.drivers)}
     if not driven:
         return None
+    count = len(own.tokens)  # The column behind stands for drivers that are not animated, at 0
     bends = tuple(
-        (Driven(tuple(place[name] for name in one.drivers), one.law), None, one.speed)
+        (Driven(tuple(place.get(name, count) for name in one.drivers), one.law), None, one.speed)
         for one in driven.values()
     )
-    columns, (rest, *rows) = Columns(len(place), bends, {}), own.weights
+    columns, (rest, *rows) = Columns(count + 1, bends, {}), np.pad(own.weights, ((0, 0), (0, 1)))
     times, weights = own.times, columns.weights(rest)[None]
     if rows:
         # Keys are in single precision, time codes are not and may begin anywhere.
@@ -377,6 +454,7 @@ def _extended(
         exact = dict(zip(since.astype(np.float32).tolist(), times.tolist(), strict=True))
         times = np.array([exact.get(time, times[0] + time) for time in keys.times.tolist()])
         weights = np.concatenate([weights, keys.values])
+    weights = np.delete(weights, count, axis=1)
     return replace(own, tokens=(*own.tokens, *driven), times=times, weights=weights)
 
 

@@ -186,6 +186,7 @@ def _of_gltf(report: BendReport) -> tuple[Table, list[str]]:
         lines.append(f"curves are given back; targets were known: {counts}")
     if report.was_bent:
         lines.append("the file was bent before: it was bent anew from its original")
+    lines += report.notes
     return table, [*lines, _written(report)]
 
 

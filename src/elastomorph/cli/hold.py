@@ -14,6 +14,8 @@ from elastomorph.cli.verb import Answer, verb
 from elastomorph.errors import ParameterError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from elastomorph.holding import Held
     from elastomorph.rig import Rig
     from elastomorph.rig.performance import Performance
@@ -27,7 +29,8 @@ def hold(
         typer.Option(
             "--output",
             "-o",
-            help="Of a .glb, .vrm or .gltf the same file with what is added; else as of export.",
+            help="Of glTF the same file with what is added, of USD a layer over it; else as of "
+            "export.",
         ),
     ] = None,
     takes: Annotated[
@@ -54,8 +57,12 @@ def hold(
 
     Example: elastomorph hold character.glb --take take.csv -o character.held.glb
     """
+    from elastomorph.bending import BendReport
+    from elastomorph.bending.character import hold as hold_character
+    from elastomorph.bending.character import in_place
     from elastomorph.holding import hold as held
     from elastomorph.io.performance import read_performance
+    from elastomorph.io.registry import RIG_FORMATS, writer_of
 
     if output is None and not dry_run:
         raise ParameterError("say where to write the rig that is held: -o held.glb")
@@ -74,12 +81,12 @@ def hold(
     source = options.NamedRig.of(rig, settings, method, mesh)
     place = source.place
     whole = method is None and not mesh and source.settings is None
-    if place is not None and whole and _in_place(place) and (output is None or _in_place(output)):
-        from elastomorph.bending.gltf import hold_gltf
-
-        report = hold_gltf(place, None if dry_run else output, holding, say=say)
+    if place is not None and whole and in_place(place, output):
+        report = hold_character(place, None if dry_run else output, holding, say=say)
         written = report.output
     else:
+        if output is not None:
+            writer_of(output, RIG_FORMATS)
         held_rig, report = holding(source.full(say)), None
         added = any(own.targets for own in found[0].corrections)
         written = output if added and not dry_run else None
@@ -93,12 +100,12 @@ def hold(
         "written": None if written is None else str(written),
     }
     if report is not None:
+        facts["notes"] = report.notes
+    if isinstance(report, BendReport):
         facts |= {"targets": report.targets, "targets_before": report.targets_before}
-    return Answer(facts, lambda: _tell(found[0], written))
-
-
-def _in_place(path: Path) -> bool:
-    return path.suffix.lower() in (".glb", ".gltf", ".vrm")
+    elif report is not None:
+        facts["original"] = str(report.original)
+    return Answer(facts, lambda: _tell(found[0], written, facts.get("notes", ())))
 
 
 def _wanted(only: str | None, folds: int | None) -> dict[str, Any]:
@@ -114,7 +121,7 @@ def _wanted(only: str | None, folds: int | None) -> dict[str, Any]:
     return {"lids": "lids" in kinds, "folds": folds or 0}
 
 
-def _tell(held: Held, written: Path | None) -> None:
+def _tell(held: Held, written: Path | None, notes: Iterable[str]) -> None:
     from rich.console import Console
 
     console = Console()
@@ -129,7 +136,7 @@ def _tell(held: Held, written: Path | None) -> None:
             table.add_row(*row)
     if table.row_count:
         console.print(table)
-    lines = [own.note for own in held.corrections if own.note]
+    lines = [*(own.note for own in held.corrections if own.note), *notes]
     cost = sum(own.targets for own in held.corrections)
     lines.append(f"{cost} morph targets are added" if cost else "nothing is added")
     lines.append("nothing was written" if written is None else f"written: {written}")

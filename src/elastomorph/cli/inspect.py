@@ -46,6 +46,8 @@ def inspect(
     """
     from elastomorph.cli.render_words import holds_mesh
     from elastomorph.io import read
+    from elastomorph.io.gltf.container import open_gltf
+    from elastomorph.io.gltf.vrm import overrides_note, overrides_of
     from elastomorph.io.registry import settings_used
     from elastomorph.model.inspection import displacement, mesh_facts
 
@@ -54,6 +56,8 @@ def inspect(
     rig = facts = None
     say(f"reading {first}")
     used = settings_used(first)
+    gltf = first.suffix.lower() in (".glb", ".gltf", ".vrm") and not first.is_dir()
+    overrides = overrides_of(open_gltf(first)) if gltf else {}
     if first.suffix.lower() != ".json" or first.is_dir():
         if not holds_mesh(first):
             named = options.NamedRig.of(str(first), mesh=mesh)
@@ -80,8 +84,11 @@ def inspect(
         for line in _made_with(used, first):
             typer.echo(line)
         _tell(changes, morphs, correctives)
+        if overrides:
+            typer.echo(f"\n  {overrides_note(overrides)}")
 
     made = {} if used is None else {"settings": used}
+    made |= {"overrides": overrides} if overrides else {}
     known = {} if facts is None else {**asdict(facts), "targets": _targets(changes, morphs)}
     if correctives:
         paths = {name: _path(morphs[name]) for name in correctives if name not in changes}

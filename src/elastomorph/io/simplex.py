@@ -33,6 +33,9 @@ def read_correctives(path: str | Path, names: Collection[str]) -> dict[str, Corr
     none. The negative end of a slider is a target of its own. A combo that is switched off, is for
     sliders between their ends, or names a shape that the rig has not, is left out with a warning.
 
+    The overrides of VRM 1.0 are no correctives: they weigh expressions, which move several targets
+    each, and players apply them before they set targets. `elastomorph inspect` tells them.
+
     Args:
         path: The definition, a JSON file, as Simplex exports it beside its .smpx.
         names: Targets of the rig, named as the shapes of Simplex.
@@ -42,11 +45,17 @@ def read_correctives(path: str | Path, names: Collection[str]) -> dict[str, Corr
 
     Raises:
         FileError: The file cannot be read.
-        FormatError: It is no definition of version 2 or 3.
+        FormatError: It is no definition of version 2 or 3, or a VRM.
     """
     found: dict[str, Corrective] = {}
     left_out: list[str] = []
     text = read_bytes(path)
+    if Path(path).suffix.lower() == ".vrm":
+        raise FormatError(
+            path,
+            "players apply the overrides of its expressions before they set targets, which needs "
+            "no correctives; leave it out ('elastomorph inspect' tells them)",
+        )
     try:
         content = json.loads(text)
         if content["encodingVersion"] not in _READ:

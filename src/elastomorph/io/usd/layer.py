@@ -154,6 +154,7 @@ class OriginalFile:
     meshes: tuple[OriginalMesh, ...]
     rig: Rig
     animations: tuple[OriginalAnimation, ...]
+    tolerance: float | None  # Of the in-betweens of the layer that was read, if it says so
 
 
 def read_original(path: str | Path) -> OriginalFile:
@@ -176,6 +177,7 @@ def read_original(path: str | Path) -> OriginalFile:
                 tuple(_meshes(path, members, found, parts, content["meshes"])),
                 rig,
                 tuple(_animations(members, content["animations"])),
+                content["tolerance"],
             )
 
 
@@ -280,7 +282,7 @@ class BentShape:
     @property
     def bytes(self) -> int:
         """Of the arrays that a layer holds of it."""
-        own = 1 if self.points is None else 0
+        own = 1 if self.points is None and self.original.driven is None else 0
         arrays = [self.bends, self.offsets[own:], self.points]
         arrays += [] if self.normals is None else [self.normals[own:]]
         return sum(array.nbytes for array in arrays if array is not None)
@@ -367,12 +369,18 @@ def added_shapes(
         prim = prim_names([name], mesh.children)[0]
         there = np.flatnonzero(morph.delta[mesh.vertices].any(axis=1))
         offsets = mesh.own(morph.delta[None, mesh.vertices][:, there], there)
+        normals = None
+        if any(shape.normals is not None for shape in mesh.shapes):
+            moved = mesh.mesh.vertices.copy()
+            moved[there] += offsets[0]
+            turned = _vertex_normals(mesh.mesh, moved)
+            normals = (turned - _vertex_normals(mesh.mesh, mesh.mesh.vertices))[there]
         nothing = np.zeros(0), np.zeros((0, 3))
         found = FoundShape(token, prim, name, None, there, offsets, *nothing)
         place = f"{mesh.spec}{'' if mesh.spec.endswith('}') else '/'}{prim}"
         driven = Driven(law, drivers, float(moves[mesh.vertices].max()) / (extent or 1.0))
         shape = OriginalShape(
-            name, f"{mesh.path}/{prim}", place, mesh.unlisted, (), None, found, None, driven
+            name, f"{mesh.path}/{prim}", place, mesh.unlisted, (), None, found, normals, driven
         )
         yield bent_shape(path, mesh, shape, morph, weights, extent)
 
@@ -383,7 +391,10 @@ def straight_shape(path: str | Path, shape: OriginalShape, morph: Morph) -> Bent
     none = np.zeros(0, dtype=np.float32)
     belonging = checksum([shape.found.points.astype(np.int32), offsets, none])
     text = path_to_json(morph, belonging, curves=(), bake_error=0.0)
-    return BentShape(shape, text, np.zeros((0, 0, 3)), none, offsets, None, None)
+    normals = None
+    if shape.driven is not None and shape.normals is not None:
+        normals = as_float32(path, shape.normals[None], "a normal")
+    return BentShape(shape, text, np.zeros((0, 0, 3)), none, offsets, normals, None)
 
 
 def _normals(
@@ -432,6 +443,8 @@ def write_layer(
     original: OriginalFile,
     shapes: Iterable[BentShape],
     animations: Iterable[OriginalAnimation] = (),
+    *,
+    tolerance: float,
 ) -> int:
     """Write the layer over a file; its size in bytes.
 
@@ -440,6 +453,7 @@ def write_layer(
         original: What it goes over.
         shapes: What it says of blend shapes, those that it adds too.
         animations: Those of the file that it extends by weights of shapes that it adds.
+        tolerance: Of in-betweens, as a fraction of D, which the layer states.
 
     Raises:
         FormatError: Another suffix, or a path of the original that USD cannot hold.
@@ -452,8 +466,9 @@ def write_layer(
         layer.ImportFromString(original.header)
         asset = _asset(path, original.path)
         layer.subLayerPaths.append(asset)
-        layer.documentation = f"Bends of {original.path.name}, by elastomorph."
+        layer.documentation = f"A layer over {original.path.name}, by elastomorph."
         said = {"version": LAYER_VERSION, "original": asset, "sha256": original.digest}
+        said["tolerance"] = float(tolerance)
         layer.customLayerData = {**layer.customLayerData, LAYER: said}
         with pxr("Sdf").ChangeBlock():
             for shape in shapes:

@@ -63,6 +63,7 @@ def content_of(source: str, *only_files: str) -> dict[str, NDArray[Any]]:
             "header": _header(opened.layer),
             "meshes": [_places(arrays, f"{i}_", opened, prim) for i, prim in enumerate(prims)],
             "animations": _animations(arrays, opened, prims),
+            "tolerance": None if original is None else original.tolerance,
         }
         arrays["layer"] = text_array(content)
         return arrays

@@ -21,7 +21,8 @@ gives them. A layer of bends has `elastomorph:sliders` of the meshes to which it
 
 A layer that `elastomorph.bend` has put over a file says so in its ``customLayerData``:
 
-    elastomorph          dictionary  version, and of the original its path as sublayer and SHA-256
+    elastomorph          dictionary  version, of the original its path as sublayer and SHA-256,
+                                     and the tolerance of the in-betweens, as a fraction of D
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import import_module
+from math import inf
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -57,6 +59,7 @@ class Original(NamedTuple):
 
     asset: str  # Its path, as the layer names it
     digest: str  # SHA-256 of its content
+    tolerance: float | None  # Of the in-betweens of the layer, as a fraction of D, if it says so
 
 
 def original_in(layer: Any) -> Original | None:
@@ -64,7 +67,9 @@ def original_in(layer: Any) -> Original | None:
     said = layer.customLayerData.get(LAYER)
     if not isinstance(said, dict) or list(layer.subLayerPaths) != [said.get("original")]:
         return None
-    return Original(str(said["original"]), str(said.get("sha256")))
+    tolerance = said.get("tolerance")
+    stated = tolerance if isinstance(tolerance, float) and 0 < tolerance < inf else None
+    return Original(str(said["original"]), str(said.get("sha256")), stated)
 
 
 def pxr(module: str) -> Any:
