@@ -8,10 +8,16 @@ import numpy as np
 import pytest
 
 import elastomorph as em
+from elastomorph.holding import lids
 from elastomorph.holding.eyes import blinks_of, fit_sphere
 from elastomorph.rig.laws import Corrective
 from small_eye import LONGITUDES, MOVES, SKIN_VERTICES, Points, eye, slit
 from small_head import straight
+
+
+def added(held: em.Held) -> list[em.Morph]:
+    """The morphs that were added."""
+    return [held.rig[row.name] for row in held.corrections if row.law]
 
 
 def test_gains_are_the_parts_of_the_opening_that_sliders_take_away() -> None:
@@ -195,3 +201,28 @@ def test_a_head_is_held() -> None:
     rows = em.hold(straight(*names)).corrections
     assert {row.name[:-2] for row in rows} == {"hold_eyeBlink_L", "hold_eyeBlink_R"}
     assert all(row.after < 0.5 * row.before for row in rows)
+
+
+def test_an_eye_that_looks_aside_stays_shut() -> None:
+    """Its bulge shuts one half of the slit and opens another: neither is taken back."""
+    names = ("eyeBlink_L", "eyeSquint_L", "eyeLookIn_L", "eyeLookOut_L")
+    rig = straight(*names)
+    held = em.hold(rig)
+    for row in held.corrections:
+        gains = dict(zip(row.drivers, row.numbers, strict=True))
+        assert gains.get("eyeLookIn_L", 0) <= 0
+        assert gains.get("eyeLookOut_L", 0) <= 0
+    for aside in names[2:]:
+        face = {"eyeBlink_L": 1.0, aside: 1.0}
+        np.testing.assert_array_equal(held.rig.pose(face), rig.pose(face))
+
+
+def test_a_corrective_takes_back_no_more_of_the_blink_than_it_may(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(lids, "_BACK", 0.5)
+    rig = eye(**MOVES)
+    blink = np.linalg.norm(rig["eyeBlinkLeft"].delta, axis=1)
+    far = sum(np.linalg.norm(one.delta, axis=1) for one in added(em.hold(rig)))
+    assert (far <= 0.5 * blink + 1e-4).all()
+    assert far.max() == pytest.approx(0.5 * blink.max(), rel=0.05)

@@ -229,7 +229,8 @@ class _Scene:
             if len(part) < _BALL or moved[part].max() > _MOVED * moved[lid].max():
                 continue
             centre, radius, uneven = fit_sphere(points[part])
-            beside = abs(np.linalg.norm(middle - centre) - radius) <= _OVER_BALL * radius
+            off = np.linalg.norm(points[lid] - centre, axis=1) - radius
+            beside = abs(np.median(off)) <= _OVER_BALL * radius
             beside &= radius < np.ptp(points[lid], axis=0).max()
             beside &= np.sort(np.ptp(points[part], axis=0))[1] > _HALF * radius
             if beside and uneven <= (_ROUND if best is None else best[0]):

@@ -42,6 +42,8 @@ _CHANCES = 0.5, 0.1
 _ROUNDS = 4
 """Of the fit: where margins are is linear in the correctives, but what lies opposite changes."""
 _RIDGE = 0.02
+_BACK = 1.25
+"""Of the blink, what a corrective takes back of a vertex at most."""
 _NOTHING = 1e-5
 """What a corrective moves by less, as a fraction of D, it does not move."""
 
@@ -67,14 +69,16 @@ class Gains:
     def of(cls, eye: Eye, part: Rig) -> Gains:
         """From the targets alone: how much of the opening each slider takes away.
 
-        By no more than 1, so that a slider alone never drives a corrective. Sliders of correctives
-        drive nothing else.
+        By no more than 1, so that a slider alone never drives a corrective. One that shuts one half
+        and opens another shuts nothing: an eye that looks aside takes its bulge along. Sliders of
+        correctives drive nothing else.
         """
         alone = eye.slit(faces_of(part, np.eye(len(part.names))))
         overlap = np.maximum(_OVERLAP * eye.open.max(), -alone.min(axis=0))
         shares = _halves(np.linspace(0, 1, len(eye.columns)))
         table = (eye.open - alone) @ shares.T / ((eye.open + overlap) @ shares.T)
         table[np.abs(table) < _LEAST_GAIN] = 0
+        table[(table.min(axis=1) < 0)[:, None] & (table > 0)] = 0
         table[[name in part.sliders.correctives for name in part.names]] = 0
         return cls(part.names, np.minimum(np.round(table, 4), 1), overlap, shares)
 
@@ -204,7 +208,10 @@ def _fit(eye: Eye, part: Rig, gains: Gains, table: Points) -> Points:
         left = eye.at(across, up + ratio * lifts, np.maximum(far, lowest)) - faces
         pull = np.einsum("hn,sh,sni->nhi", shares, driven, left)
         shifts = shifts + shares[:, :, None] * np.linalg.solve(local, pull).transpose(1, 0, 2)
-    return shifts
+    # Where the slit ends there is little to fit to, and a step from vertex to vertex is a dent.
+    most = _BACK * shares * np.linalg.norm(blink, axis=1) + _NOTHING * eye.radius
+    far = np.maximum(np.linalg.norm(shifts, axis=2), most)
+    return np.asarray(shifts * (most / far)[:, :, None])
 
 
 def _ridden(eye: Eye, rest: Points, blink: Points) -> Points:
