@@ -192,7 +192,7 @@ def test_the_readme_has_the_commands_of_the_makefile() -> None:
 
 
 ROOMS = (
-    *("bending", "character", "curves", "doctor", "draw", "evaluation", "fitting", "physics"),
+    *("bending", "character", "curves", "doctor", "draw", "evaluation", "physics"),
     *("report", "rivals", "samples", "viewer"),
 )
 

@@ -238,3 +238,15 @@ def test_columns_know_their_sliders():
         Columns(2, ((2, ARCH, 0.1),), {})
     with pytest.raises(ParameterError, match=r"shape \(…, 2\)"):
         Columns(2, (), {}).weights([1.0, 2.0, 3.0])
+
+
+def test_a_kink_at_a_moment_that_is_rounded_needs_one_key() -> None:
+    """0.5 - 3u + 4.5u² - 2u³ passes 0 at u = 0.25, which no time in single precision is here."""
+    law = Driven((0, 0), Corrective(("0", "0"), "min", ()))
+    columns = Columns(1, ((law, None, 0.0625),), {})
+    for start in (1.0633256, 37.1, 301.7):
+        times = np.array([start, start + 3], dtype=np.float32).astype(np.float64)
+        values = np.array([[[0.0], [0.5], [-1.0]], [[0.0], [0.0], [0.0]]])
+        keys = bent_keys(times, values, "CUBICSPLINE", columns, 1e-4)
+        assert len(keys.times) == 3
+        assert keys.error < 1e-5

@@ -33,8 +33,9 @@ Floats = NDArray[np.float64]
 # rounded to single precision.
 _AT_CORNER = 1e-6
 _MOST_CELLS = 1 << 14
-# How far beside a moment, in units of u or seconds, laws are asked for the slope on one side.
-_BESIDE = 1e-9
+# How far beside a moment laws are asked for the slope on one side: farther than a key at a kink was
+# rounded to single precision, as part of the time since 0, and at least this in units of u or s.
+_ROUNDED, _BESIDE = 1e-7, 1e-9
 # Cells of a piece in which what a law makes of its sliders is looked at.
 _FINE = 64
 # Points that are computed at once.
@@ -52,11 +53,11 @@ class Driven:
         """(…,) from (…, J) sliders."""
         return self.law.weight(sliders[..., list(self.columns)])
 
-    def rate(self, sliders: Floats, rates: Floats, *, before: bool) -> Floats:
-        """(N,) its rate from (N, J) sliders and their rates, just before or after a moment."""
+    def rate(self, sliders: Floats, rates: Floats, near: Floats, *, before: bool) -> Floats:
+        """(N,) its rate from (N, J) sliders and their rates, ``near`` before or after a moment."""
         some = list(self.columns)
         # Where a law has a kink, what counts is on that side of it; the rate is a complex step.
-        beside = sliders[:, some] + (-_BESIDE if before else _BESIDE) * rates[:, some]
+        beside = sliders[:, some] + (-near if before else near)[:, None] * rates[:, some]
         return self.law.weight(beside + 1e-100j * rates[:, some]).imag / 1e-100
 
     def turns(self, row: Floats) -> Floats:
@@ -107,13 +108,16 @@ class Follower:
         said = sliders[..., driver] if isinstance(driver, int) else driver.weight(sliders)
         return said if self.curve is None else self.curve(said)
 
-    def rate(self, sliders: Floats, rates: Floats, *, before: bool) -> Floats:
-        """(N,) its rate from (N, J) sliders and their rates, just before or after a moment."""
+    def rate(self, sliders: Floats, rates: Floats, near: Floats, *, before: bool) -> Floats:
+        """(N,) its rate from (N, J) sliders and their rates, just before or after a moment.
+
+        Kinks are looked for as far from it as (N,) ``near`` says, in the unit of time of the rates.
+        """
         driver = self.driver
         if isinstance(driver, int):
             said, speed = sliders[:, driver], rates[:, driver]
         else:
-            said, speed = driver.weight(sliders), driver.rate(sliders, rates, before=before)
+            said, speed = driver.weight(sliders), driver.rate(sliders, rates, near, before=before)
         return speed if self.curve is None else self._rates(said, speed, before=before)
 
     def turns(self, pieces: Pieces, number: int) -> Floats:
@@ -362,11 +366,12 @@ def _stretches(
     values = np.empty((len(some), len(u)))
     rates = np.empty((2, *values.shape)) if pieces.cubic else None
     sliders, speeds = pieces.at(which, u, slice(None))
+    near = _near(pieces.stops)[which] / (pieces.stops - pieces.starts)[which]
     for row, own in enumerate(followers[k] for k in some.tolist()):
         values[row] = own.size * own.weight(sliders)
         if rates is not None:
-            rates[0, row] = own.size * own.rate(sliders, speeds, before=True)
-            rates[1, row] = own.size * own.rate(sliders, speeds, before=False)
+            rates[0, row] = own.size * own.rate(sliders, speeds, near, before=True)
+            rates[1, row] = own.size * own.rate(sliders, speeds, near, before=False)
     start = 0
     for grid, own_rows in block:
         rows, points = np.searchsorted(some, own_rows), slice(start, start + len(grid.u))
@@ -549,7 +554,7 @@ def _bent(
     added = added_keys(pieces, columns.followers, tolerance)
     seconds, sliders = _with_added(moments, given, pieces, added)
     spans = np.diff(seconds) if pieces.cubic else None
-    every = columns.weights(sliders) if spans is None else _with_tangents(sliders, columns)
+    every = columns.weights(sliders) if spans is None else _with_tangents(seconds, sliders, columns)
     found, rounding = _rounded(every, columns, dtype, spans)
     error = max((own.error for own in added), default=0.0)
     return Keys(seconds, found, kind, error + rounding, dtype)
@@ -616,15 +621,20 @@ def _with_added(
     return np.insert(times, after, more), np.insert(values, after, found, axis=0)
 
 
-def _with_tangents(sliders: Floats, columns: Columns) -> Floats:
+def _near(seconds: Floats) -> Floats:
+    return np.maximum(_ROUNDED * np.abs(seconds), _BESIDE)
+
+
+def _with_tangents(seconds: Floats, sliders: Floats, columns: Columns) -> Floats:
     """(T, 3, J + K) in-tangents, weights and out-tangents from (T, 3, J) of the sliders."""
+    near = _near(seconds)
     more = np.zeros((*sliders.shape[:2], len(columns.bends)))
     found = np.concatenate([sliders, more], axis=2)
     for own in columns.followers:
         at = sliders[:, 1]
-        found[:, 0, own.place] += own.rate(at, sliders[:, 0], before=True)
+        found[:, 0, own.place] += own.rate(at, sliders[:, 0], near, before=True)
         found[:, 1, own.place] += own.weight(at)
-        found[:, 2, own.place] += own.rate(at, sliders[:, 2], before=False)
+        found[:, 2, own.place] += own.rate(at, sliders[:, 2], near, before=False)
     return found
 
 
