@@ -80,10 +80,11 @@ def pair_corrections(
 ) -> Iterator[tuple[Correction, Morph | None]]:
     """Correctives that undo damage where two sliders meet, the most useful first.
 
-    Each is driven by the lesser weight of two sliders and is fitted to 16 weights of the two, in
-    quarters, and to frames in which they do damage. One that would move a vertex farther than
-    `LARGEST` is made smaller; one that leaves as much as there was, or adds edges at which the
-    surface turns back, or vertices that pass what they face, is dropped.
+    Each is driven by the lesser weight of two sliders and is fitted to frames in which they do
+    damage; of folds also to 16 weights of the two, in quarters. One that would move a vertex
+    farther than `LARGEST` is made smaller, of lips also one that does other damage; one that leaves
+    as much as there was, or adds edges at which the surface turns back, or vertices that pass what
+    they face, is dropped.
 
     Args:
         kind: Of the damage: visible folds, or lips that pass.
@@ -150,11 +151,6 @@ class Folds:
     grid: ClassVar[tuple[float, ...]] = (0.25, 0.5, 0.75, 1.0)
     shares: ClassVar[tuple[float, ...]] = (1.0,)
     diameter: ClassVar[float] = 0.0
-
-    @classmethod
-    def of(cls, rig: Rig, surface: Surface, contacts: Contacts) -> Folds:
-        """Those of a rig."""
-        return cls(surface)
 
     def near(self, moved: Mask) -> Indices:
         """Triangles that (V,) vertices can fold."""
@@ -233,7 +229,7 @@ class Lips:
     shares: ClassVar[tuple[float, ...]] = (1.0, 0.6, 0.3)
 
     @classmethod
-    def of(cls, rig: Rig, surface: Surface, contacts: Contacts) -> Lips:
+    def of(cls, rig: Rig, contacts: Contacts) -> Lips:
         """Contacts that shapes of a mouth move and no blink does, and each slider alone there."""
         mouth = [name for name in rig.names if (shape_of(name) or "").startswith("mouth")]
         if not mouth:
@@ -245,7 +241,7 @@ class Lips:
         for names, kept in ((mouth, True), (blinks_of(rig.names), False)):
             for name in names:
                 way = np.linalg.norm(rig[name].delta[contacts.vertices], axis=1)
-                is_lip[way > MOVED * surface.diameter] = kept
+                is_lip[way > MOVED * contacts.surface.diameter] = kept
         own = np.flatnonzero(is_lip)
         lips = replace(contacts, vertices=contacts.vertices[own], faced=contacts.faced[own])
         poses = ([rig.pose({name: weight}) for weight in _ALONE.tolist()] for name in rig.names)
@@ -388,7 +384,7 @@ class _Search:
     ) -> _Search:
         surface = Surface.of(rig)
         contacts = Contacts.of(surface, rig.neutral, alone)
-        damage = kind.of(rig, surface, contacts)
+        damage = Lips.of(rig, contacts) if kind is Lips else Folds(surface)
         creases, operators = (
             Creases(surface, neighbours(surface.triangles)),
             surface_operators(rig.neutral),
