@@ -365,9 +365,7 @@ class _Judge:
     per_frame: dict[tuple[int, ...], float] = field(default_factory=dict)
 
     @classmethod
-    def of(
-        cls, rig: Rig, surface: Surface, poses: Sequence[Points], weights: Points | None
-    ) -> _Judge:
+    def of(cls, rig: Rig, surface: Surface, poses: list[Points], weights: Points | None) -> _Judge:
         motions = np.array([pose - poses[0] for pose in poses[1:]], dtype=np.float32)
         moved = np.linalg.norm(motions, axis=2) > MOVED * surface.diameter
         contacts = Contacts.of(surface, rig.neutral, poses)
@@ -390,9 +388,8 @@ class _Judge:
         rows = rows[self.surface.folded(pose, rows)]
         contacts, depth = self._deep(pose, np.all(self.moved[columns], axis=0))
         excess = depth
-        for some in chain.from_iterable(
-            combinations(range(len(sliders)), few) for few in range(1, len(sliders))
-        ):
+        every = range(len(sliders))
+        for some in chain.from_iterable(combinations(every, few) for few in every[1:]):
             if not len(rows) and not len(contacts):
                 return None
             fewer = self._pose(tuple(columns[place] for place in some), weights[list(some)])
@@ -403,9 +400,8 @@ class _Judge:
         deeper = self._seen_depth(pose, contacts, excess)
         if not folds and not deeper and not per_frame:
             return None
-        opposite = any(
-            _cosine(*self.motions[list(pair)]) < _OPPOSITE for pair in combinations(sliders, 2)
-        )
+        pairs = combinations(sliders, 2)
+        opposite = any(_cosine(*self.motions[list(pair)]) < _OPPOSITE for pair in pairs)
         share, names = deeper / self.surface.diameter, tuple(self.rig.names[i] for i in sliders)
         shown = tuple(weights.tolist())
         return Meeting(names, shown, folds, deeper, share, opposite, frames, per_frame)

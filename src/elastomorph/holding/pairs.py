@@ -112,8 +112,7 @@ def pair_corrections(
     frames = np.concatenate([half[spread_rows(len(half), share)] for half in halves])
     search, every = _Search.of(kind, rig, poses, frames), np.concatenate(weights)
     while most and (pair := search.next_pair()) is not None:
-        displacement = search.corrective(pair)
-        if displacement is None:
+        if (displacement := search.corrective(pair)) is None:
             continue
         names = tuple(rig.names[place] for place in pair)
         name, size = "_".join((kind.name, *names)), search.damage.diameter
@@ -329,9 +328,7 @@ class _Task:
         return left
 
 
-def _least(
-    free: Indices, factor: Any, answers: dict[int, Points], limits: Sequence[_Bounds]
-) -> Points:
+def _least(free: Indices, factor: Any, answers: dict[int, Points], limits: list[_Bounds]) -> Points:
     """(N, 3) least displacement of the free vertices within limits, damped.
 
     Answers to a pull at one vertex are kept: other limits ask for most of them again.
@@ -379,16 +376,12 @@ class _Search:
     taken: list[tuple[list[int], Points]] = field(default_factory=list)
 
     @classmethod
-    def of(
-        cls, kind: type[Folds | Lips], rig: Rig, alone: Sequence[Points], frames: Points
-    ) -> _Search:
+    def of(cls, kind: type[Folds | Lips], rig: Rig, alone: list[Points], frames: Points) -> _Search:
         surface = Surface.of(rig)
         contacts = Contacts.of(surface, rig.neutral, alone)
         damage = Lips.of(rig, contacts) if kind is Lips else Folds(surface)
-        creases, operators = (
-            Creases(surface, neighbours(surface.triangles)),
-            surface_operators(rig.neutral),
-        )
+        operators = surface_operators(rig.neutral)
+        creases = Creases(surface, neighbours(surface.triangles))
         # Operators measure in units in which the area is 1.
         laplacian = operators.laplacian * (_SMOOTH * surface.diameter) ** 2 / operators.area
         poses = [rig.pose(frame) for frame in frames]
