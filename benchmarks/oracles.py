@@ -268,6 +268,58 @@ class Folds:
         return sum(any(map(is_reached, PLACES @ points[self.triangles[row]])) for row in rows)
 
 
+class Lips:
+    """How deep the vertices of each lip are behind the surface of the other.
+
+    Of a lip are vertices that mouthClose moves by more than 0.1 % of D and that face such of the
+    other in the neutral, within 1.2 % of D, one upward and one downward. Its surface goes on for
+    three rings of triangles, as far as none has a vertex of the other lip. The depth is the signed
+    distance of VTK. What is closest to the border of the surface is beside it, and neither.
+    """
+
+    def __init__(self, rig: em.Rig, extent: float, close: str) -> None:
+        contacts, triangles = Contacts(rig, extent), triangles_of(rig.neutral)
+        moved = np.linalg.norm(rig[close].delta, axis=1) > 1e-3 * extent
+        up = _normals(rig.neutral)[:, 1] > 0
+        one, other = contacts.pairs.T
+        every = np.unique(contacts.pairs[moved[one] & moved[other] & (up[one] != up[other])])
+        self.farthest, self.lips = NEAR * extent, [every[up[every]], every[~up[every]]]
+        self.across = []
+        for own, across in (self.lips[::-1], self.lips):
+            free = ~np.isin(triangles, across).any(axis=1)
+            for _ in range(3):
+                rows = np.isin(triangles, own).any(axis=1) & free
+                own = np.unique(triangles[rows])
+            corners = np.searchsorted(own, triangles[rows])
+            sides = np.sort(corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+            sides, uses = np.unique(sides, axis=0, return_counts=True)
+            self.across.append((own, corners, sides[uses == 1]))
+
+    def depths(self, positions: Floats) -> Floats:
+        """(N,) depths of the vertices of the lower lip, then of the upper; in front below 0.
+
+        Minus infinity where a vertex is beside the other lip, or far from it.
+        """
+        found = []
+        for lip, (near, corners, border) in zip(self.lips, self.across, strict=True):
+            points = _vtk("vtkCommonCore").vtkPoints()
+            places = np.ascontiguousarray(positions[near])
+            points.SetData(_vtk("util.numpy_support").numpy_to_vtk(places, deep=1))
+            surface = _vtk("vtkFiltersCore").vtkImplicitPolyDataDistance()
+            surface.SetInput(_surface(points, corners))
+            closest, place = np.empty((len(lip), 3)), [0.0] * 3
+            depths = np.empty(len(lip))
+            for row, own in enumerate(positions[lip].tolist()):
+                depths[row] = -surface.EvaluateFunctionAndGetClosestPoint(own, place)
+                closest[row] = place
+            start, stop = places[border[:, 0]], places[border[:, 1]]
+            ways = [np.linalg.norm(closest[:, None] - end, axis=2) for end in (start, stop)]
+            slack = sum(ways) - np.linalg.norm(stop - start, axis=1)
+            beside = (slack < 1e-5 * self.farthest).any(axis=1)
+            found.append(np.where(beside | (abs(depths) > self.farthest), -np.inf, depths))
+        return np.concatenate(found)
+
+
 def _surface(points: Any, triangles: NDArray[np.int64]) -> Any:
     """Triangles of vtkPoints."""
     model = _vtk("vtkCommonDataModel")

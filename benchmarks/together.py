@@ -1,10 +1,10 @@
 """What sliders at a time do to each other: bends that meet, lids and folds, before and after.
 
-    python benchmarks/together.py [RIG…] [--take FILE] [--only pairs|lids|folds] [--count 15]
+    python benchmarks/together.py [RIG…] [--take FILE] [--only pairs|lids|lips|folds] [--count 15]
                                   [--step 20]
 
 RIG is ``built-in``, or any file or folder; the built-in head and the FaceCap head by default.
-Nothing of the product measures (`oracles.py`). Three sections for each:
+Nothing of the product measures (`oracles.py`). Four sections for each:
 
 - ``pairs``, bends without pair bends and with them: the largest slide of lips that touch, bent
   against straight, along jawOpen = mouthClose; the same in frames of the take where mouthClose is
@@ -15,6 +15,9 @@ Nothing of the product measures (`oracles.py`). Three sections for each:
   which a hinge is not 0: by how much lids pass each other, beyond what one slider does alone there,
   and stand open where they were shut before. Hinges mean them to lie over each other by 6 % of the
   widest opening at least. Where that shows no open slit in the neutral, it is said.
+- ``lips``, in every ``--step``-th frame: how much deeper a vertex is behind the other lip than any
+  slider of the frame takes it alone, as far as it is deeper than 0.05 % of D; and how far lips are
+  apart where they touched before, which is closer than 0.05 % of D.
 - ``folds``, in every ``--step``-th frame: triangles that are seen folded.
 
 Pair bends are chosen by the rig alone, correctives by the first half of the take; both halves are
@@ -33,11 +36,12 @@ import numpy as np
 import elastomorph as em
 from elastomorph.rig.performance import slider_weights
 from measuring import data_folder
-from oracles import Contacts, Floats, Folds, Lids, diameters, named
+from oracles import Contacts, Floats, Folds, Lids, Lips, diameters, named
 
-SECTIONS = "pairs", "lids", "folds"
+SECTIONS = "pairs", "lids", "lips", "folds"
 GRID = np.linspace(0.0, 1.0, 9)
 WORST = 10
+DEEP = 5e-4  # fraction of D
 MET = 0.05  # the weight of mouthClose from which a frame counts
 
 
@@ -48,7 +52,7 @@ def halves(frames: Floats) -> Iterator[tuple[str, Floats]]:
     yield f"second half, frames {half} to {len(frames) - 1}", frames[half:]
 
 
-def lips(contacts: Contacts, weights: Floats) -> None:
+def slides_of_lips(contacts: Contacts, weights: Floats) -> None:
     """Print what lips do that open and close."""
     rig = contacts.rig
     jaw, close = named(rig, "jawOpen"), named(rig, "mouthClose")
@@ -143,6 +147,47 @@ def lids(rig: em.Rig, take: em.Performance, extent: float) -> None:
                   f"where shut before {opened:.2f} after")  # fmt: skip
 
 
+def lips(rig: em.Rig, take: em.Performance, extent: float, step: int, count: int) -> None:
+    """Print the correctives of lips and both halves before and after."""
+    close = named(rig, "mouthClose")
+    if close is None:
+        print("  no mouthClose")
+        return
+    held = em.hold(rig, take, lids=False, lips=count)
+    print("  chosen on 100 frames of the first half; largest depth in these beyond single sliders:")
+    for row in held.corrections:
+        moved = np.linalg.norm(held.rig[row.name].delta, axis=1)
+        before, after = (100 * own / extent for own in (row.before, row.after))
+        print(f"    {' + '.join(row.drivers)}: {before:.2f} % of D before, {after:.2f} after; "
+              f"moves {np.count_nonzero(moved)} vertices by at most "
+              f"{100 * moved.max() / extent:.2f} % of D")  # fmt: skip
+    mouth = Lips(rig, extent, close)
+    rest = np.maximum(mouth.depths(rig.neutral.vertices), 0)
+    for title, part in halves(slider_weights(rig, take, clip=True)):
+        excess, apart, largest = [], [], 0.0
+        for frame in part[::step]:
+            poses = [each.pose(frame) for each in (rig, held.rig)]
+            before, after = depths = np.array([mouth.depths(pose) for pose in poses])
+            alone = rest
+            for slider in np.flatnonzero(frame) if (depths > DEEP * extent).any() else ():
+                single = np.zeros(len(frame))
+                single[slider] = frame[slider]
+                alone = np.maximum(alone, mouth.depths(rig.pose(single)))
+            deeper = 100 * (depths - alone) / extent
+            excess.append(np.where(depths > DEEP * extent, np.maximum(deeper, 0), 0))
+            touching = np.abs(before) < DEEP * extent
+            apart.append(-100 * after[touching & np.isfinite(after)].min(initial=0) / extent)
+            farthest = np.linalg.norm(poses[1] - poses[0], axis=1).max()
+            largest = max(largest, 100 * float(farthest) / extent)
+        deep = np.mean(np.sum(np.array(excess) > 100 * DEEP, axis=2), axis=0)
+        worst = np.max(excess, axis=2)
+        mean, most = worst.mean(axis=0), worst.max(axis=0)
+        print(f"  {title}, {len(worst)} of them: deepest on average {mean[0]:.3f} % of D before, "
+              f"{mean[1]:.3f} after; at most {most[0]:.2f}, {most[1]:.2f}; {deep[0]:.1f} vertices "
+              f"too deep a frame, {deep[1]:.1f}; apart where they touched {np.mean(apart):.3f} on "
+              f"average, at most {np.max(apart):.2f}; moved by at most {largest:.2f}")  # fmt: skip
+
+
 def folds(rig: em.Rig, take: em.Performance, extent: float, step: int, count: int) -> None:
     """Print the correctives against folds and both halves before and after."""
     held = em.hold(rig, take, lids=False, folds=count)
@@ -171,10 +216,8 @@ def main() -> None:
     parser.add_argument("rigs", nargs="*", default=default)
     parser.add_argument("--take", type=Path, default=data / "livelink" / "rom_3.csv")
     parser.add_argument("--only", choices=SECTIONS)
-    parser.add_argument("--count", type=int, default=15, help="most correctives against folds")
-    parser.add_argument(
-        "--step", type=int, default=20, help="count folds in every so many-th frame"
-    )
+    parser.add_argument("--count", type=int, default=15, help="most correctives of lips or folds")
+    parser.add_argument("--step", type=int, default=20, help="lips, folds: every so many-th frame")
     options = parser.parse_args()
     take = em.read_performance(options.take)
     for path in options.rigs:
@@ -187,10 +230,12 @@ def main() -> None:
                 contacts = Contacts(rig, extent)
                 print(f"  {len(contacts.pairs)} facing vertices, pair bends "
                       f"{', '.join(rig.pair_bends()) or 'none'}")  # fmt: skip
-                lips(contacts, slider_weights(rig, take))
+                slides_of_lips(contacts, slider_weights(rig, take))
                 every_pair(contacts)
             elif section == "lids":
                 lids(rig, take, extent)
+            elif section == "lips":
+                lips(rig, take, extent, options.step, options.count)
             else:
                 folds(rig, take, extent, options.step, options.count)
 

@@ -217,10 +217,13 @@ def test_a_take_says_in_how_many_frames(file: Path, capsys: pytest.CaptureFixtur
     ("words", "problem"),
     [
         ((), "say where to write the rig that is held"),
-        (("--dry-run", "--only", "nonsense"), "--only is lids or folds, found 'nonsense'"),
+        (("--dry-run", "--only", "nonsense"), "--only is lids, lips or folds, found 'nonsense'"),
         (("--dry-run", "--only", "folds"), "say how many correctives at most"),
+        (("--dry-run", "--only", "lips"), "say how many correctives at most, as --lips 15"),
         (("--dry-run", "--only", "lids", "--folds", 3), "--folds has no effect"),
+        (("--dry-run", "--only", "folds", "--folds", 3, "--lips", 3), "--lips has no effect"),
         (("--dry-run", "--folds", 3), "folds are found in takes: give one"),
+        (("--dry-run", "--lips", 3), "lips are found in takes: give one"),
         (("-o", "held.glb", "--take", "none.csv"), "none.csv"),
     ],
 )

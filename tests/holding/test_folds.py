@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import elastomorph as em
 from elastomorph.holding.damage import Surface
-from elastomorph.holding.folds import LARGEST
+from elastomorph.holding.pairs import LARGEST
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig

@@ -32,7 +32,7 @@ VERBS = {
     "learn": "Learn the path of a recorded movement.",
     "blend": "Blend expressions.",
     "bend": "Bend the paths of a character in its own file.",
-    "hold": "Add correctives where several shapes add up: lids that slide past each other, folds.",
+    "hold": "Add correctives where several shapes add up: lids and lips that pass, folds.",
     "unbend": "Take the bends out of a character again.",
     "export": "Write a rig for other programs.",
     "animate": "Play a recorded performance on a rig.",

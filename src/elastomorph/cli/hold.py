@@ -1,4 +1,4 @@
-"""``elastomorph hold``: correctives that keep lids and folds together where shapes add up."""
+"""``elastomorph hold``: correctives that keep lids and lips together where shapes add up."""
 
 from __future__ import annotations
 
@@ -38,7 +38,12 @@ def hold(
         typer.Option("--take", help="Recorded weights that correctives are fitted to; repeatable."),
     ] = None,
     only: Annotated[
-        str | None, typer.Option(help="lids, folds, or both separated by a comma; lids by default.")
+        str | None,
+        typer.Option(help="lids, lips, folds, or some separated by commas; lids by default."),
+    ] = None,
+    lips: Annotated[
+        int | None,
+        typer.Option(help="Most correctives of lips that pass in takes; 0 by default.", min=0),
     ] = None,
     folds: Annotated[
         int | None,
@@ -53,7 +58,7 @@ def hold(
     *,
     say: Say,
 ) -> Answer:
-    """Add correctives where several shapes add up: lids that slide past each other, folds.
+    """Add correctives where several shapes add up: lids and lips that pass, folds.
 
     Example: elastomorph hold character.glb --take take.csv -o character.held.glb
     """
@@ -66,7 +71,7 @@ def hold(
 
     if output is None and not dry_run:
         raise ParameterError("say where to write the rig that is held: -o held.glb")
-    wanted = _wanted(only, folds)
+    wanted = _wanted(only, {"lips": lips, "folds": folds})
     recorded: list[Performance] = []
     for take in takes or []:
         say(f"reading {take}")
@@ -108,17 +113,18 @@ def hold(
     return Answer(facts, lambda: _tell(found[0], written, facts.get("notes", ())))
 
 
-def _wanted(only: str | None, folds: int | None) -> dict[str, Any]:
-    kinds = {"lids", "folds"} if folds else {"lids"}
+def _wanted(only: str | None, most: dict[str, int | None]) -> dict[str, Any]:
+    kinds = {"lids", *(kind for kind, count in most.items() if count)}
     if only is not None:
         kinds = {kind.strip() for kind in only.split(",")}
-    if strange := sorted(kinds - {"lids", "folds"}):
-        raise ParameterError(f"--only is lids or folds, found {strange[0]!r}")
-    if "folds" in kinds and not folds:
-        raise ParameterError("--only folds: say how many correctives at most, as --folds 15")
-    if folds and "folds" not in kinds:
-        raise ParameterError("--folds has no effect without folds in --only")
-    return {"lids": "lids" in kinds, "folds": folds or 0}
+    if strange := sorted(kinds - {"lids", *most}):
+        raise ParameterError(f"--only is lids, lips or folds, found {strange[0]!r}")
+    for kind, count in most.items():
+        if kind in kinds and not count:
+            raise ParameterError(f"--only {kind}: say how many correctives at most, as --{kind} 15")
+        if count and kind not in kinds:
+            raise ParameterError(f"--{kind} has no effect without {kind} in --only")
+    return {"lids": "lids" in kinds, **{kind: count or 0 for kind, count in most.items()}}
 
 
 def _tell(held: Held, written: Path | None, notes: Iterable[str]) -> None:

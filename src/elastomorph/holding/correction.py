@@ -20,8 +20,9 @@ class Correction:
         drivers: Sliders that drive it.
         law: How, as for `elastomorph.Corrective`; empty where none was added.
         numbers: Of the law.
-        before: Damage without it: how far lids slide past each other at most, in the unit of the
-            rig; of folds, how many triangles are seen folded, a frame.
+        before: Damage without it: how far lids slide past each other at most, or how much deeper
+            lips pass than by single sliders, in the unit of the rig; of folds, how many triangles
+            are seen folded, a frame.
         after: What is left of it.
         diameter: D of the rig; 0 where damage is a number of folds.
         frames: Frames of the takes in which its weight is above 0; 0 without takes.

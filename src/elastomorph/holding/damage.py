@@ -38,14 +38,15 @@ ACTIVE = 0.05
 DEEP = 1e-3
 """Depth that is damage, over D: surfaces on one path may pass by as much."""
 
+MOVED = 1e-4
+"""A slider moves vertices that go farther than this, over D."""
+
 # Rings of a triangle's neighbourhood.
 _RINGS = 3
 # What lies in front by less, over D, hides nothing: the layers of a tight fold are one to the eye.
 _IN_FRONT = 5e-4
 # Where a triangle is looked at: its middle, and near its corners.
 _PLACES = np.array([[1, 1, 1], [2.4, 0.3, 0.3], [0.3, 2.4, 0.3], [0.3, 0.3, 2.4]]) / 3
-# A slider moves vertices that go farther than this, over D.
-_MOVED = 1e-4
 # Directions of two sliders whose cosine is below are opposites: left and right, open and shut.
 _OPPOSITE = -0.5
 # Vertices face each other within so many edges; what is faced may slide by so many rings.
@@ -62,6 +63,8 @@ _SAMPLE = 5
 Points = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Mask = NDArray[np.bool_]
+Event = tuple[int, int, tuple[int, ...]]  # place of a frame, row of damage, sliders that it takes
+Among = Callable[[Points, Points, Indices], Mask]  # of a pose, sliders and rows: what is damaged
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,16 +107,24 @@ class Surface:
         """(T,) triangles that are folded in the neutral."""
         return self.folded(self.rest)
 
+    @cached_property
+    def at_rest(self) -> Points:
+        """(T,) lengths of the normals of triangles in the neutral, at least a little."""
+        lengths = np.linalg.norm(crosses(self.rest, self.triangles), axis=1)
+        return np.asarray(np.maximum(lengths, 1e-300))
+
+    def _crosses(self, points: Points, picked: csr_array) -> Points:
+        """(T, 3) normals of the triangles that a matrix has, 0 of others."""
+        used, some = np.zeros(len(self.triangles), dtype=bool), np.zeros(self.triangles.shape)
+        used[picked.indices] = True
+        some[used] = crosses(points, self.triangles[used])
+        return some
+
     def normals_around(self, points: Points, rows: Indices | None = None) -> tuple[Points, Points]:
         """(R, 3) normals of some triangles, or of all, and sums of those near each."""
-        if rows is None:
-            every = crosses(points, self.triangles)
-            return every, self.near @ every
-        near, used = self.near[rows], np.zeros(len(self.triangles), dtype=bool)
-        used[near.indices] = True
-        some = np.zeros((len(used), 3))
-        some[used] = crosses(points, self.triangles[used])
-        return some[rows], near @ some
+        near = self.near if rows is None else self.near[rows]
+        some = self._crosses(points, near)
+        return some if rows is None else some[rows], near @ some
 
     def folded(self, points: Points, rows: Indices | None = None) -> Mask:
         """(R,) which of some triangles, or of all, are folded in a pose, (V, 3)."""
@@ -138,19 +149,21 @@ class Surface:
             seen[place] = any((_height(near, at) <= at[2] + free).all() for at in places.T)
         return seen
 
-    def visible_folds(self, points: Points) -> Indices:
-        """Triangles that are seen and folded in a pose, those of the neutral aside."""
-        rows = np.flatnonzero(self.folded(points) & ~self.folded_at_rest)
-        return np.asarray(rows[self.seen(points, rows)])
+    def visible_folds(self, points: Points, rows: Indices | None = None) -> Indices:
+        """Triangles, of some or all, that are seen and folded in a pose, but not in the neutral."""
+        rows = np.flatnonzero(~self.folded_at_rest) if rows is None else rows
+        rows = rows[self.folded(points, rows)]
+        return rows[self.seen(points, rows)]
 
     def reached(self, moved: Mask) -> Mask:
         """(T,) triangles with one of (V,) vertices in their neighbourhood."""
         touched = (self.touching.T @ moved.astype(np.float32)) > 0
         return np.asarray((self.near @ touched.astype(np.float32)) > 0)
 
-    def normals(self, points: Points) -> Points:
-        """(V, 3) unit normals of vertices; zero where there are none."""
-        sums = self.touching @ crosses(points, self.triangles)
+    def normals(self, points: Points, rows: Indices | None = None) -> Points:
+        """(R, 3) unit normals of some vertices, or of all; zero where there are none."""
+        touching = self.touching if rows is None else self.touching[rows]
+        sums = touching @ self._crosses(points, touching)
         length = np.linalg.norm(sums, axis=1, keepdims=True)
         return np.asarray(sums / np.where(length > 0, length, 1.0))
 
@@ -193,16 +206,20 @@ class Contacts:
         kept = depth <= DEEP * surface.diameter
         return cls(surface, vertices[kept], every.faced[kept], near)
 
+    def closest(self, points: Points, rows: Indices) -> tuple[Points, Points, Indices]:
+        """(R, 3) way to the closest vertex of what each faces, its normal and its number."""
+        faced, own = self.faced[rows], points[self.vertices[rows]]
+        off = points[faced.indices] - np.repeat(own, np.diff(faced.indptr), axis=0)
+        places = least_places(dot(off, off), faced.indptr[:-1])
+        numbers = faced.indices[places].astype(np.int64)
+        return off[places], self.surface.normals(points, numbers), numbers
+
     def depths(self, points: Points, rows: Indices) -> tuple[Points, Mask]:
         """(R,) how far vertices are behind what is closest of what they face, if straight."""
         if not len(rows):
             return np.zeros(0), np.zeros(0, dtype=bool)
-        faced, own = self.faced[rows], points[self.vertices[rows]]
-        off = points[faced.indices] - np.repeat(own, np.diff(faced.indptr), axis=0)
-        closest = least_places(dot(off, off), faced.indptr[:-1])
-        off = off[closest]
-        depth = dot(off, self.surface.normals(points)[faced.indices[closest]])
-        distance = np.sqrt(dot(off, off))
+        off, normals, _ = self.closest(points, rows)
+        depth, distance = dot(off, normals), np.sqrt(dot(off, off))
         return depth, (depth > _STRAIGHT_BEHIND * distance) & (distance < self.farthest)
 
 
@@ -259,12 +276,11 @@ def rank_meetings(
         MeshError: The neutral has no polygons.
         ParameterError: The rig has fewer than two sliders, or the take drives none of them.
     """
-    if len(rig.names) < 2:
-        raise ParameterError(f"pairs need two sliders or more, the rig has {len(rig.names)}")
+    poses = poses_alone(rig)
     weights = None if take is None else taken_weights(rig, take)
     surface = Surface.of(rig)
     say("looking at each slider alone")
-    judge = _Judge.of(rig, surface, weights)
+    judge = _Judge.of(rig, surface, poses, weights)
     if weights is not None:
         say("looking at frames of the take")
         frames = weights[spread_rows(len(weights), _FRAMES)]
@@ -290,26 +306,41 @@ def rank_meetings(
     return sorted(found.values(), key=lambda meeting: meeting.rank)
 
 
-def folds_by_sliders(
-    rig: Rig, surface: Surface, frames: NDArray[np.float64]
-) -> Iterator[tuple[int, int, tuple[int, ...]]]:
-    """Place and triangle of each visible fold of (F, sliders) frames, and the sliders it takes.
+def folds_by_sliders(rig: Rig, surface: Surface, frames: Points) -> Iterator[Event]:
+    """`by_sliders` of the visible folds of (F, sliders) frames."""
+    found = [surface.visible_folds(rig.pose(frame)) for frame in frames]
+    return by_sliders(rig, frames, found, lambda points, _, rows: surface.folded(points, rows))
 
-    Sliders are left out of a frame one by one, the least active first, where the triangle stays
-    folded without.
+
+def by_sliders(rig: Rig, frames: Points, found: Sequence[Indices], among: Among) -> Iterator[Event]:
+    """Place and row of all that was found in (F, sliders) frames, and the sliders it takes.
+
+    Sliders are left out of a frame one by one, the least active first, where the row stays among
+    what is damaged without.
     """
-    for place, frame in enumerate(frames):
-        for row in surface.visible_folds(rig.pose(frame)):
-            kept = frame.copy()
-            for slider in np.argsort(frame, kind="stable")[(frame == 0).sum() :]:
+    for place, (frame, rows) in enumerate(zip(frames, found, strict=True)):
+        groups = [(frame, rows)] if len(rows) else []
+        for slider in np.argsort(frame, kind="stable")[(frame == 0).sum() :]:
+            split = []
+            for kept, own in groups:
                 without = kept.copy()
                 without[slider] = 0.0
-                if surface.folded(rig.pose(without), np.array([row]))[0]:
-                    kept = without
-            yield place, int(row), tuple(np.flatnonzero(kept).tolist())
+                stays = among(rig.pose(without), without, own)
+                split += [(without, own[stays]), (kept, own[~stays])]
+            groups = [group for group in split if len(group[1])]
+        for kept, own in groups:
+            sliders = tuple(np.flatnonzero(kept).tolist())
+            yield from ((place, row, sliders) for row in own.tolist())
 
 
-def taken_weights(rig: Rig, take: Performance) -> NDArray[np.float64]:
+def poses_alone(rig: Rig) -> list[Points]:
+    """The neutral, and each slider at 1; refuses a rig that has no pair of them."""
+    if len(rig.names) < 2:
+        raise ParameterError(f"pairs need two sliders or more, the rig has {len(rig.names)}")
+    return [rig.neutral.vertices, *(rig.pose({name: 1.0}) for name in rig.names)]
+
+
+def taken_weights(rig: Rig, take: Performance) -> Points:
     """(T, sliders) weights of a take, within 0 and 1; refuses one that drives nothing."""
     weights = slider_weights(rig, take, clip=True)
     if not weights.any():
@@ -327,18 +358,16 @@ class _Judge:
     rig: Rig
     surface: Surface
     contacts: Contacts
-    weights: NDArray[np.float64] | None  # (T, sliders) of a take
+    weights: Points | None  # (T, sliders) of a take
     motions: NDArray[np.float32]  # (sliders, V, 3) at full weight
     moved: Mask  # (sliders, V)
     reached: Mask  # (sliders, T)
     per_frame: dict[tuple[int, ...], float] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, rig: Rig, surface: Surface, weights: NDArray[np.float64] | None) -> _Judge:
-        rest = rig.neutral.vertices
-        poses = [rest, *(rig.pose({name: 1.0}) for name in rig.names)]
-        motions = np.array([pose - rest for pose in poses[1:]], dtype=np.float32)
-        moved = np.linalg.norm(motions, axis=2) > _MOVED * surface.diameter
+    def of(cls, rig: Rig, surface: Surface, poses: list[Points], weights: Points | None) -> _Judge:
+        motions = np.array([pose - poses[0] for pose in poses[1:]], dtype=np.float32)
+        moved = np.linalg.norm(motions, axis=2) > MOVED * surface.diameter
         contacts = Contacts.of(surface, rig.neutral, poses)
         reached = np.array([surface.reached(each) for each in moved])
         return cls(rig, surface, contacts, weights, motions, moved, reached)
@@ -359,9 +388,8 @@ class _Judge:
         rows = rows[self.surface.folded(pose, rows)]
         contacts, depth = self._deep(pose, np.all(self.moved[columns], axis=0))
         excess = depth
-        for some in chain.from_iterable(
-            combinations(range(len(sliders)), few) for few in range(1, len(sliders))
-        ):
+        every = range(len(sliders))
+        for some in chain.from_iterable(combinations(every, few) for few in every[1:]):
             if not len(rows) and not len(contacts):
                 return None
             fewer = self._pose(tuple(columns[place] for place in some), weights[list(some)])
@@ -372,14 +400,13 @@ class _Judge:
         deeper = self._seen_depth(pose, contacts, excess)
         if not folds and not deeper and not per_frame:
             return None
-        opposite = any(
-            _cosine(*self.motions[list(pair)]) < _OPPOSITE for pair in combinations(sliders, 2)
-        )
+        pairs = combinations(sliders, 2)
+        opposite = any(_cosine(*self.motions[list(pair)]) < _OPPOSITE for pair in pairs)
         share, names = deeper / self.surface.diameter, tuple(self.rig.names[i] for i in sliders)
         shown = tuple(weights.tolist())
         return Meeting(names, shown, folds, deeper, share, opposite, frames, per_frame)
 
-    def _pose(self, sliders: tuple[int, ...], weights: NDArray[np.float64]) -> Points:
+    def _pose(self, sliders: tuple[int, ...], weights: Points) -> Points:
         row = np.zeros(len(self.rig.names))
         row[list(sliders)] = weights
         return self.rig.pose(row)

@@ -91,11 +91,8 @@ class Eye:
     def places(self, positions: Points) -> tuple[Points, Points, Points]:
         """(…,) longitude, latitude and distance from the centre of (…, 3) positions."""
         side, up, forward = np.moveaxis((positions - self.centre) @ self.axes.T, -1, 0)
-        return (
-            np.arctan2(side, forward),
-            np.arctan2(up, np.hypot(side, forward)),
-            np.sqrt(side**2 + up**2 + forward**2),
-        )
+        distance = np.sqrt(side**2 + up**2 + forward**2)
+        return np.arctan2(side, forward), np.arctan2(up, np.hypot(side, forward)), distance
 
     def at(self, longitude: Points, latitude: Points, distance: Points) -> Points:
         """(…, 3) positions at places."""
@@ -108,10 +105,8 @@ class Eye:
     def margins(self, positions: Points) -> tuple[Points, Points]:
         """(S, K) latitudes of the upper lid's margin and of the lower one's in (S, N, 3) faces."""
         longitude, latitude, _ = self.places(positions)
-        return (
-            -_highest(longitude, -latitude, self.upper, self.columns),
-            _highest(longitude, latitude, self.lower, self.columns),
-        )
+        upper = -_highest(longitude, -latitude, self.upper, self.columns)
+        return upper, _highest(longitude, latitude, self.lower, self.columns)
 
     def slit(self, positions: Points) -> Points:
         """(S, K) height by which lids are apart in (S, N, 3) faces, negative past each other."""
@@ -132,15 +127,10 @@ def _highest(across: Points, up: Points, edges: Vertices, columns: Points) -> Po
 def part_rig(rig: Rig, vertices: Vertices) -> Rig:
     """The rig of some vertices, without polygons."""
     neutral = Mesh(rig.neutral.vertices[vertices])
-    morphs = {
-        name: replace(
-            morph,
-            neutral=neutral,
-            target=Mesh(morph.target.vertices[vertices]),
-            bends=morph.bends[:, vertices],
-        )
-        for name, morph in rig.morphs.items()
-    }
+    morphs = {}
+    for name, morph in rig.morphs.items():
+        target, bends = Mesh(morph.target.vertices[vertices]), morph.bends[:, vertices]
+        morphs[name] = replace(morph, neutral=neutral, target=target, bends=bends)
     return Rig(neutral, morphs, correctives=rig.sliders.correctives)
 
 
@@ -323,9 +313,8 @@ def fit_sphere(points: Points) -> tuple[Points, float, float]:
     for _ in range(6):
         near = points[off <= np.quantile(off, _SPHERE)]
         # |p|² = 2 p·c + (r² - |c|²) is linear in what is sought.
-        fit, *_ = np.linalg.lstsq(
-            np.c_[2 * near, np.ones(len(near))], (near**2).sum(axis=1), rcond=None
-        )
+        table = np.c_[2 * near, np.ones(len(near))]
+        fit, *_ = np.linalg.lstsq(table, (near**2).sum(axis=1), rcond=None)
         centre, radius = fit[:3], float(np.sqrt(max(fit[3] + fit[:3] @ fit[:3], 0.0)))
         off = np.abs(np.linalg.norm(points - centre, axis=1) - radius)
     return centre, radius, float(np.quantile(off, _SPHERE)) / (radius or 1.0)

@@ -9,8 +9,8 @@ import numpy as np
 
 from elastomorph.errors import ParameterError
 from elastomorph.holding.correction import Correction
-from elastomorph.holding.folds import fold_corrections
 from elastomorph.holding.lids import lid_corrections
+from elastomorph.holding.pairs import Folds, Lips, pair_corrections
 from elastomorph.model.morph import Morph
 from elastomorph.numbers import is_whole
 from elastomorph.rig import Rig
@@ -36,6 +36,7 @@ def hold(
     takes: Performance | Iterable[Performance] | None = None,
     lids: bool = True,
     folds: int = 0,
+    lips: int = 0,
 ) -> Held:
     """Add correctives to a rig where its shapes do not fit together.
 
@@ -50,24 +51,29 @@ def hold(
         folds: Most correctives that undo folds of the skin where two sliders meet in the first half
             of a take, so that the second can tell what was gained. None by default, for the eye
             gains little.
+        lips: Most correctives against lips that pass deeper through each other where two sliders
+            meet than any slider of a frame takes them alone; chosen as those of folds, before them.
 
     Returns:
         The rig, and what was added.
 
     Raises:
-        ParameterError: No rig, a take that is none, folds without a take, or nothing that could be
-            held.
+        ParameterError: No rig, a take that is none, folds or lips without a take, or nothing that
+            could be held.
     """
     if not isinstance(rig, Rig):
         raise ParameterError(f"what is held is a Rig, found {type(rig).__name__}")
-    if not is_whole(folds) or folds < 0:
-        raise ParameterError(f"the number of folds must be a whole number from 0, found {folds!r}")
     given = [takes] if isinstance(takes, Performance) else list(takes or [])
     for take in given:
         if not isinstance(take, Performance):
             raise ParameterError(f"takes are performances, found {type(take).__name__}")
-    if folds and not given:
-        raise ParameterError("folds are found in takes: give one, or leave folds at 0")
+    for own, most in (("lips", lips), ("folds", folds)):
+        if not is_whole(most) or most < 0:
+            raise ParameterError(
+                f"the number of {own} must be a whole number from 0, found {most!r}"
+            )
+        if most and not given:
+            raise ParameterError(f"{own} are found in takes: give one, or leave {own} at 0")
     rows: list[Correction] = []
 
     def add(found: Iterator[tuple[Correction, Morph | None]]) -> None:
@@ -85,6 +91,8 @@ def hold(
     table = np.concatenate(weights) if weights else None
     if lids:
         add(lid_corrections(rig, table))
+    if lips:
+        add(pair_corrections(Lips, rig, lips, given))
     if folds:
-        add(fold_corrections(rig, folds, given))
+        add(pair_corrections(Folds, rig, folds, given))
     return Held(rig, tuple(rows))

@@ -151,22 +151,13 @@ def _held_eye(
     past = [np.maximum(-slit - gains.overlap, 0) for slit in slits]
     past[1] = np.maximum(past[1], np.where(slits[0] <= 0, slits[1], 0))
     for half, shift in enumerate(shifts):
-        own = gains.shares[half] >= 1 / HINGES
-        law = gains.corrective(half)
-        yield (
-            Correction(
-                f"hold_{eye.name}_{number + half + 1}",
-                law.drivers,
-                law.law,
-                law.numbers,
-                before=float(past[0][:, own].max(initial=0.0)),
-                after=float(past[1][:, own].max(initial=0.0)),
-                diameter=rig.neutral.diameter,
-                frames=0 if take is None else int((gains.weights(take)[:, half] > 0).sum()),
-                targets=1,
-            ),
-            straight_morph(rig, eye.vertices, shift),
-        )
+        own, law = gains.shares[half] >= 1 / HINGES, gains.corrective(half)
+        before, after = (float(each[:, own].max(initial=0.0)) for each in past)
+        name, size = f"hold_{eye.name}_{number + half + 1}", rig.neutral.diameter
+        in_use = 0 if take is None else int((gains.weights(take)[:, half] > 0).sum())
+        what = name, law.drivers, law.law, law.numbers
+        row = Correction(*what, before, after, size, in_use, targets=1)
+        yield row, straight_morph(rig, eye.vertices, shift)
 
 
 def shutting_faces(eye: Eye, gains: Gains, take: Points | None) -> Points:
