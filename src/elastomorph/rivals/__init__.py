@@ -8,8 +8,9 @@ from elastomorph.rivals.comparison import Comparison, Cost, with_rivals
 from elastomorph.rivals.elastic_solid import DeformationGradients, ElasticSolid
 from elastomorph.rivals.mass_spring import MassSpring
 from elastomorph.rivals.pde_surface import PdeSurface
-from elastomorph.rivals.rival import Rival, VertexCubic
+from elastomorph.rivals.rival import Rival
 from elastomorph.rivals.stepped_beams import FiniteDifference, FiniteElement
+from elastomorph.rivals.vertex_cubic import VertexCubic
 
 __all__ = [
     "RIVALS",
