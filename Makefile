@@ -11,7 +11,7 @@ DEV_READY := $(VENV)/.dev
 INSTALLED := $(VENV)/.installed
 WEB_READY := web/node_modules/.ready
 PYTEST := $(BIN)/python -m pytest -n auto --dist worksteal
-HEAVY := browser or photographs or documentation or hostile or players or cluster
+HEAVY := browser or photographs or documentation or hostile or players or cluster or slow or realdata
 
 .PHONY: demo test test-all check count processors docs format page coverage blender test-blender requirements clean
 # One environment, which no two installations may change at once.
@@ -21,12 +21,12 @@ demo: $(INSTALLED)
 	$(BIN)/elastomorph demo
 
 # Tests run against the package as people install it, never against the source folder. These are of
-# numbers, files and verbs.
+# numbers, files and verbs, in minutes.
 test: $(DEV_READY) $(INSTALLED) $(WEB_READY)
 	$(PYTEST) -m "not ($(HEAVY))"
 
-# The rest: what needs a browser, rendered photographs, executed pages, damaged files by the hundred,
-# other programs, a cluster, or Blender.
+# The rest: what takes long, and what needs real data, a browser, rendered photographs, executed pages,
+# damaged files by the hundred, other programs, a cluster, or Blender.
 test-all: test-blender $(DEV_READY) $(INSTALLED) $(WEB_READY)
 	$(PYTEST) -m "$(HEAVY)"
 
