@@ -191,7 +191,7 @@ def lips(rig: em.Rig, take: em.Performance, extent: float, step: int, count: int
 def folds(rig: em.Rig, take: em.Performance, extent: float, step: int, count: int) -> None:
     """Print the correctives against folds and both halves before and after."""
     held = em.hold(rig, take, lids=False, folds=count)
-    print("  chosen on 100 frames of the first half; folds a frame of these:")
+    print("  chosen on 250 frames of the first half; folds a frame of these:")
     for row in held.corrections:
         moved = np.linalg.norm(held.rig[row.name].delta, axis=1)
         print(f"    {' + '.join(row.drivers)}: {row.before:.2f} before, {row.after:.2f} after; "

@@ -51,4 +51,4 @@ def description(written: list[str], found: list[Follower]) -> dict[str, Any]:
             }
         )
     entries = corrective_entries(laws | pairs)
-    return {"version": least_version(entries), "morphs": morphs, "correctives": entries}
+    return {"version": least_version(morphs, entries), "morphs": morphs, "correctives": entries}

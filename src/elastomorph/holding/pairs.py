@@ -67,8 +67,6 @@ _SMOOTH, _RINGS = 0.005, 8
 _ROUNDS, _MOST = 6, 300
 # What the dual is damped by, over its largest diagonal, for what nothing undoes.
 _DAMPING = 1e-7
-# Frames of takes that correctives are chosen by, and those of them that one is fitted to.
-_FRAMES, _FITTED = 100, 8
 # Folds, or vertices too deep, in all frames that are looked at, that a corrective must undo.
 _LEAST = 2
 # Frames in which it is looked for what a corrective adds.
@@ -108,7 +106,7 @@ def pair_corrections(
         yield from ((Correction(n, note=f"{n} is there already, and kept"), None) for n in there)
         return
     halves = [own[: (len(own) + 1) // 2] for own in weights]
-    share = -(-_FRAMES // len(halves))
+    share = -(-kind.frames // len(halves))
     frames = np.concatenate([half[spread_rows(len(half), share)] for half in halves])
     search, every = _Search.of(kind, rig, poses, frames), np.concatenate(weights)
     while most and (pair := search.next_pair()) is not None:
@@ -146,6 +144,9 @@ class Folds:
 
     surface: Surface
     name: ClassVar[str] = "fold"
+    # Frames of takes that correctives are chosen by, and those of them that one is fitted to.
+    frames: ClassVar[int] = 250
+    fitted: ClassVar[int] = 12
     looked_at: ClassVar[int] = 10_000
     grid: ClassVar[tuple[float, ...]] = (0.25, 0.5, 0.75, 1.0)
     shares: ClassVar[tuple[float, ...]] = (1.0,)
@@ -223,6 +224,8 @@ class Lips:
     contacts: Contacts  # of the mouth
     alone: Points  # (sliders, weights, R) depths by one
     name: ClassVar[str] = "lips"
+    frames: ClassVar[int] = 100
+    fitted: ClassVar[int] = 8
     looked_at: ClassVar[int] = 4
     grid: ClassVar[tuple[float, ...]] = ()
     shares: ClassVar[tuple[float, ...]] = (1.0, 0.6, 0.3)
@@ -426,7 +429,9 @@ class _Search:
         judged = self.scenes(pair)
         own = np.unique([place for place, _, by in self.events if {*pair} <= {*by}])
         own = own[self.frames[own][:, pair].min(axis=1) > ACTIVE]
-        fitted = [judged[place] for place in own[spread_rows(len(own), _FITTED)].tolist()]
+        fitted = [
+            judged[place] for place in own[spread_rows(len(own), self.damage.fitted)].tolist()
+        ]
         every, grid = [*judged.values()], []
         for weights in product(self.damage.grid, self.damage.grid):
             row = np.zeros(len(self.rig.names))
