@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 import elastomorph as em
 from elastomorph.capturing.landmarks import known_landmarks
 from elastomorph.draw.stage import Stage
-from elastomorph.farm.pictures import ARRAYS, Painter
+from elastomorph.farm.pictures.painter import Painter
+from elastomorph.farm.pictures.settings import ARRAYS
 from elastomorph.farm.reading.sheets import contact_sheet
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))

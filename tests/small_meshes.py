@@ -11,7 +11,7 @@ from elastomorph.curves import Curve, CurveNetwork
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.polygons import Polygons
 
-__all__ = ["cut_open", "grid", "meeting"]
+__all__ = ["cut_open", "grid", "meeting", "small_network"]
 
 
 def grid(

@@ -29,10 +29,10 @@ if TYPE_CHECKING:
     from elastomorph.curves import edge_loops as edge_loops
     from elastomorph.curves.extraction import extract_curves as extract_curves
     from elastomorph.evaluation import Evaluation as Evaluation
-    from elastomorph.evaluation import Learned as Learned
     from elastomorph.evaluation import Suggestion as Suggestion
     from elastomorph.evaluation import evaluate as evaluate
     from elastomorph.evaluation import suggest_inbetweens as suggest_inbetweens
+    from elastomorph.evaluation.learning import Learned as Learned
     from elastomorph.evaluation.learning import learn as learn
     from elastomorph.farm.making.run import make_faces as make_faces
     from elastomorph.farm.reading.faces import FaceSet as FaceSet
@@ -77,8 +77,8 @@ _HOMES = {
     "capturing.scans.registration": ("register", "register_all"),
     "curves": ("Curve", "CurveNetwork", "edge_loops"),
     "curves.extraction": ("extract_curves",),
-    "evaluation": ("Evaluation", "Learned", "Suggestion", "evaluate", "suggest_inbetweens"),
-    "evaluation.learning": ("learn",),
+    "evaluation": ("Evaluation", "Suggestion", "evaluate", "suggest_inbetweens"),
+    "evaluation.learning": ("Learned", "learn"),
     "farm.sampling.sampler": ("FaceSampler",),
     "farm.reading.faces": ("FaceSet", "open_faces"),
     "farm.making.run": ("make_faces",),

@@ -14,6 +14,7 @@ from elastomorph.draw.graphs import inbetween_graph
 from elastomorph.errors import ParameterError
 from elastomorph.evaluation.inbetweens import suggest_inbetweens
 from elastomorph.paths.through import through
+from small_meshes import grid
 
 SIZE = 5
 
@@ -22,15 +23,7 @@ SIZE = 5
 def motion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> em.MeshSequence:
     """scan.01.obj … scan.09.obj: a natural spline through the shape of scan.04."""
     monkeypatch.chdir(tmp_path)
-    y, x = np.mgrid[0.0:SIZE, 0.0:SIZE]
-    neutral = em.Mesh(
-        np.stack([x, y, np.sin(x)], axis=-1).reshape(-1, 3),
-        [
-            [r * SIZE + c, r * SIZE + c + 1, (r + 1) * SIZE + c + 1, (r + 1) * SIZE + c]
-            for r in range(SIZE - 1)
-            for c in range(SIZE - 1)
-        ],
-    )
+    neutral = grid(SIZE, SIZE, lambda x, y: np.sin(x))
     target = neutral.with_vertices(neutral.vertices + [0, 0, 2.0])
     between = neutral.with_vertices(neutral.vertices + [0.5, 0, 0.3] * np.sin(neutral.vertices))
     path = through(neutral, target, {3 / 8: between}, method="spline")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Any
 
-from elastomorph.farm.pictures import SETTINGS
+from elastomorph.farm.pictures.settings import SETTINGS
 from elastomorph.farm.sampling.controls import Exclusion
 from elastomorph.farm.sampling.keys import keys_of
 from elastomorph.farm.sampling.mixtures import Mixture

@@ -16,7 +16,7 @@ import zarr
 
 import elastomorph as em
 from elastomorph.errors import FormatError, ParameterError
-from elastomorph.farm.pictures import Painter
+from elastomorph.farm.pictures.painter import Painter
 from elastomorph.farm.storage.layout import packed, unpacked
 from elastomorph.io.performance import write_performance_csv
 from elastomorph.model.mesh import Material, Texture

@@ -14,7 +14,7 @@ import elastomorph as em
 from cards import BACK, GREEN, RED, WHITE, card, image_of, texture, unlit
 from character_makers import make
 from elastomorph.errors import MeshError, ParameterError
-from elastomorph.farm.pictures import Frame, Painter, lamp_colour, scene_of
+from elastomorph.farm.pictures.painter import Frame, Painter, lamp_colour, scene_of
 from elastomorph.farm.reading.sheets import contact_sheet
 from elastomorph.model.mesh import FaceLabels, Material, Mesh, Texture, UVMap
 from needs import extra

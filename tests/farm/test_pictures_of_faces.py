@@ -18,7 +18,8 @@ import elastomorph as em
 from children import started
 from elastomorph.capturing.geometry import Surface
 from elastomorph.draw.materials import parts_of
-from elastomorph.farm.pictures import SETTINGS, Painter
+from elastomorph.farm.pictures.painter import Painter
+from elastomorph.farm.pictures.settings import SETTINGS
 from needs import extra
 from small_head import expressions, head, landmarks
 

@@ -11,7 +11,7 @@ from PIL import Image
 
 import elastomorph as em
 from elastomorph.errors import ParameterError
-from elastomorph.farm.pictures import Painter
+from elastomorph.farm.pictures.painter import Painter
 from elastomorph.farm.reading.sheets import sheet_of
 from needs import extra
 

@@ -11,6 +11,7 @@ import pytest
 import elastomorph as em
 from elastomorph.errors import TopologyError
 from material_fit import fit, main
+from small_meshes import grid
 
 SIZE = 5
 
@@ -19,15 +20,7 @@ SIZE = 5
 def takes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[em.MeshSequence]:
     """Folders take1 and take2 of a sheet that moves at the pace t²."""
     monkeypatch.chdir(tmp_path)
-    y, x = np.mgrid[0.0:SIZE, 0.0:SIZE]
-    neutral = em.Mesh(
-        np.stack([x, y, np.sin(x)], axis=-1).reshape(-1, 3),
-        [
-            [r * SIZE + c, r * SIZE + c + 1, (r + 1) * SIZE + c + 1, (r + 1) * SIZE + c]
-            for r in range(SIZE - 1)
-            for c in range(SIZE - 1)
-        ],
-    )
+    neutral = grid(SIZE, SIZE, lambda x, y: np.sin(x))
     found = []
     for number in (1, 2):
         target = neutral.with_vertices(neutral.vertices + np.sin(number * neutral.vertices))

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
-import scipy.sparse as sparse
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import CaptureError, FormatError, MissingExtraError
@@ -476,11 +475,13 @@ class Surface:
     @cached_property
     def ways(self) -> Any:
         """(V, V) sparse: the lengths of the edges, for ways along the surface."""
+        from scipy.sparse import coo_array
+
         first, second = edges_of(self.triangles).T
         count = len(self.vertices)
         lengths = np.linalg.norm(self.vertices[first] - self.vertices[second], axis=1)
         lengths = np.maximum(lengths, np.finfo(float).tiny)
-        return sparse.coo_array((lengths, (first, second)), shape=(count, count)).tocsr()
+        return coo_array((lengths, (first, second)), shape=(count, count)).tocsr()
 
     def at(self, where: Hits | Closest, values: Points) -> Points:
         """(..., K) values (V, K) at the vertices, between them at points of the surface.
@@ -833,24 +834,24 @@ class Deformation:
     """
 
     def __init__(self, rest: Points, triangles: NDArray[np.integer]) -> None:
+        from scipy.sparse import coo_array, diags_array, eye_array
+
         count = len(rest)
         edges = edges_of(triangles)
         self.rest = rest
         self.edges = np.concatenate([edges, _ties(rest, edges)])
         first, second = self.edges.T
         ones = np.ones(len(self.edges))
-        joined = sparse.coo_array((ones, (first, second)), shape=(count, count))
+        joined = coo_array((ones, (first, second)), shape=(count, count))
         self.neighbours = (joined + joined.T).tocsr()
         degrees = self.neighbours.sum(axis=1)
-        laplacian = sparse.diags_array(degrees) - self.neighbours
-        mean = sparse.diags_array(1 / np.maximum(degrees, 1)) @ laplacian
+        laplacian = diags_array(degrees) - self.neighbours
+        mean = diags_array(1 / np.maximum(degrees, 1)) @ laplacian
         self._laplacian, self._mean = laplacian.tocsr(), mean.tocsr()
         self._bending = (mean.T @ mean).tocsr()
         self._curvature = mean @ rest
         self._order = _order(self._bending)
-        self._smoothing = sparse.diags_array(1 / (degrees + 1)) @ (
-            self.neighbours + sparse.eye_array(count)
-        )
+        self._smoothing = diags_array(1 / (degrees + 1)) @ (self.neighbours + eye_array(count))
 
     def around(self, rest: Points) -> Deformation:
         """The same surface with another shape at rest, without preparing it again."""
@@ -916,13 +917,15 @@ class Deformation:
 
     def _factor(self, quadratic: Points, arap: float, bending: float) -> Any:
         """Of the matrix of 3 V unknowns in order, x, y and z of a vertex after each other."""
+        from scipy.sparse import bsr_array, eye_array, kron
+
         stiffness = (arap * self._laplacian + bending * self._bending)[self._order][:, self._order]
         count = len(self.rest)
-        blocks = sparse.bsr_array(
+        blocks = bsr_array(
             (quadratic[self._order], np.arange(count), np.arange(count + 1)),
             shape=(3 * count, 3 * count),
         )
-        matrix = sparse.kron(stiffness, sparse.eye_array(3)) + blocks
+        matrix = kron(stiffness, eye_array(3)) + blocks
         return symmetric_factor(matrix.tocsc(), ordered=True)
 
 
@@ -932,7 +935,9 @@ def _order(pattern: Any) -> NDArray[np.int64]:
     The minimum degree order suits surfaces with many layers, a mouth within a head: its factor
     has a fraction of the entries that cuts along planes leave.
     """
-    factor = symmetric_factor((pattern + sparse.eye_array(pattern.shape[0])).tocsc())
+    from scipy.sparse import eye_array
+
+    factor = symmetric_factor((pattern + eye_array(pattern.shape[0])).tocsc())
     return np.argsort(factor.perm_c)
 
 

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import convolve, gaussian_filter
 
 from elastomorph.capturing.geometry import Camera, View, open_view
 from elastomorph.errors import (
@@ -741,6 +740,8 @@ _PLAIN = 20  # percentile
 
 def sharpness(grey: NDArray[np.uint8]) -> float:
     """Strength of fine against coarse detail of a photograph (H, W); 0 where it is uniform."""
+    from scipy.ndimage import convolve, gaussian_filter
+
     picture = grey.astype(np.float32)
     fine = _strength(picture, _FINE)
     coarse = _strength(picture, _COARSE)
@@ -756,6 +757,8 @@ def sharpness(grey: NDArray[np.uint8]) -> float:
 
 def _strength(picture: NDArray[np.float32], width: float) -> NDArray[np.float32]:
     """Mean square, around each pixel, of the detail between a width and twice that, (H, W)."""
+    from scipy.ndimage import gaussian_filter
+
     band = gaussian_filter(picture, width) - gaussian_filter(picture, 2 * width)
     strength: NDArray[np.float32] = gaussian_filter(band * band, _AROUND)
     return strength

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from elastomorph.errors import ParameterError
+from elastomorph.io.rig_cache import installed_version
 from elastomorph.paths import Method
 from elastomorph.paths.options import options_of
 from elastomorph.physics import Material
@@ -110,7 +110,7 @@ def settings_tables(settings: Settings) -> dict[str, Any]:
     character = settings.character
     found: dict[str, Any] = {
         "made_with": {
-            "elastomorph": _version(),
+            "elastomorph": installed_version("elastomorph"),
             "settings": settings.path.name,
             "command_line": list(settings.overridden),
         },
@@ -183,13 +183,6 @@ def _without_nothing(tables: dict[str, Any]) -> dict[str, Any]:
         if kept is not None and kept != {} and kept != []:
             found[name] = kept
     return found
-
-
-def _version() -> str:
-    try:
-        return version("elastomorph")
-    except PackageNotFoundError:
-        return ""
 
 
 def export_options(settings: Settings, path: str | Path) -> dict[str, Any]:

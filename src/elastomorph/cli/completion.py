@@ -15,7 +15,6 @@ from typing import Annotated
 import typer
 
 _WEIGHTS = ("0.25", "0.5", "0.75", "1")
-_BREAKS = frozenset("=:")
 _MOST_BYTES = 1 << 20
 """Larger files hold takes, not poses."""
 

@@ -3,7 +3,6 @@
 from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors, free_timing
 from elastomorph.evaluation.evaluation import DEFAULT_METHODS, evaluate, every_method, left_out
 from elastomorph.evaluation.inbetweens import Suggestion, suggest_inbetweens
-from elastomorph.evaluation.learning import Learned, PathErrors, learn
 from elastomorph.evaluation.movements import Movement, find_movements, resting_pose
 from elastomorph.evaluation.results import Evaluation, MethodResult
 from elastomorph.evaluation.rigid_bodies import Rigidity, rigidity
@@ -14,10 +13,8 @@ __all__ = [
     "DEFAULT_METHODS",
     "CurveVertices",
     "Evaluation",
-    "Learned",
     "MethodResult",
     "Movement",
-    "PathErrors",
     "Rigidity",
     "Shape",
     "ShapeProbe",
@@ -29,7 +26,6 @@ __all__ = [
     "every_method",
     "find_movements",
     "free_timing",
-    "learn",
     "left_out",
     "resting_pose",
     "rigidity",

@@ -168,6 +168,10 @@ class Folds:
         """Folds a frame, where some of the frames have any."""
         return sum(len(scene.rows) for scene in scenes) / frames
 
+    def grows(self, scenes: Sequence[_Scene], displacement: Points) -> bool:
+        """Never: how many there are says all."""
+        return False
+
     def vertices(self, rows: Indices) -> Indices:
         """Corners of triangles."""
         return self.surface.triangles[rows].ravel()
@@ -284,7 +288,15 @@ class Lips:
 
     def size(self, scenes: Sequence[_Scene], frames: int) -> float:
         """The largest excess in some of the frames."""
-        return max(float(self.excess(*scene[:2]).max(initial=0.0)) for scene in scenes)
+        return max(map(self._largest, scenes))
+
+    def _largest(self, scene: _Scene) -> float:
+        return float(self.excess(scene.pose, scene.sliders).max(initial=0.0))
+
+    def grows(self, scenes: Sequence[_Scene], displacement: Points) -> bool:
+        """Whether a displacement makes the largest excess larger."""
+        after = (scene._replace(pose=scene.pose + scene.weight * displacement) for scene in scenes)
+        return max(map(self._largest, after)) > max(map(self._largest, scenes))
 
     def vertices(self, rows: Indices) -> Indices:
         """Both sides of contacts."""
@@ -485,10 +497,8 @@ class _Search:
 
     def _around(self, vertices: Indices) -> Indices:
         """Vertices within some rings of some, those at the end of the rings left out."""
-        touching, reached = (
-            self.contacts.surface.touching,
-            np.zeros(len(self.mass), dtype=np.float32),
-        )
+        touching = self.contacts.surface.touching
+        reached = np.zeros(len(self.mass), dtype=np.float32)
         reached[vertices] = 1.0
         for _ in range(_RINGS):
             reached = ((touching @ (touching.T @ reached)) > 0).astype(np.float32)
@@ -520,6 +530,5 @@ class _Search:
                 turned[when] += self.creases.among(points, sliders, edges).sum()
                 depth, passes = contacts.depths(points, rows)
                 crossing[when] += (depth[passes] > DEEP * contacts.surface.diameter).sum()
-        after = [scene._replace(pose=scene.pose + scene.weight * displacement) for scene in scenes]
-        deeper = self.damage.size(after, 1) > self.damage.size(scenes, 1)
-        return bool(deeper or turned[1] > turned[0] or crossing[1] > crossing[0])
+        added = turned[1] > turned[0] or crossing[1] > crossing[0]
+        return bool(added or self.damage.grows(scenes, displacement))

@@ -173,13 +173,18 @@ def settings_digest(*settings: object) -> str | None:
         return None
 
 
+def installed_version(package: str) -> str:
+    """The version of a package that is installed, empty where it is not."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return ""
+
+
 @cache
 def code_version() -> str:
     """Names the code of this package, so that what another version made is made anew."""
-    try:
-        released = version("elastomorph")
-    except PackageNotFoundError:
-        released = ""
+    released = installed_version("elastomorph")
     # A checkout changes without a new version number, so the sources themselves are hashed.
     digest = hashlib.blake2b(f"{released} numpy {np.__version__}".encode(), digest_size=16)
     for source in sorted(Path(__file__).parents[1].rglob("*.py")):

@@ -12,7 +12,6 @@ import platform
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +24,7 @@ from elastomorph.evaluation import Evaluation, MethodResult, Suggestion
 from elastomorph.evaluation.conclusions import reach_verdict
 from elastomorph.evaluation.summary import informed_methods, summaries
 from elastomorph.evaluation.words import Lengths, counted, percent
+from elastomorph.io.rig_cache import installed_version
 from elastomorph.model.morph import Morph
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import Method
@@ -82,13 +82,8 @@ def recipe(
 
 
 def _versions() -> list[str]:
-    found = []
-    for package, name in _PACKAGES.items():
-        try:
-            found.append(f"{name} {version(package)}")
-        except PackageNotFoundError:
-            continue
-    return found
+    found = {name: installed_version(package) for package, name in _PACKAGES.items()}
+    return [f"{name} {own}" for name, own in found.items() if own]
 
 
 def _frames_digest(truth: MeshSequence) -> str:

@@ -18,7 +18,6 @@ from pathlib import Path, PureWindowsPath
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from elastomorph.capturing.geometry import Camera
 from elastomorph.capturing.photographs import FEWEST, upright_size
@@ -143,6 +142,8 @@ def _colmap(folder: Path) -> Iterator[Stored]:
                 )
             size = int(values[0]), int(values[1])
             lenses[own] = size, _lens(_MODELS[model], _finite(values[2:]))
+    from scipy.spatial.transform import Rotation
+
     lines = _lines(folder / IMAGES)
     for number, line in lines:
         if not line.strip() or line.startswith("#"):
@@ -315,6 +316,8 @@ def write_colmap(folder: Path, cameras: Sequence[Camera], points: Points) -> Non
     Raises:
         FileError: A file cannot be written.
     """
+    from scipy.spatial.transform import Rotation
+
     made_folder(folder)
     lenses: dict[str, int] = {}
     images = ["# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, then what is seen in it"]

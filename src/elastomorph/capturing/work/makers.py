@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +27,7 @@ from elastomorph.capturing.work.apart import done_apart
 from elastomorph.capturing.work.progress import StageSay
 from elastomorph.capturing.work.template import Template
 from elastomorph.errors import CaptureError
-from elastomorph.io.rig_cache import code_version
+from elastomorph.io.rig_cache import code_version, installed_version
 
 Points = NDArray[np.float64]
 
@@ -38,14 +37,7 @@ _LIBRARIES = ("embreex", "opencv-python-headless", "pillow", "pycolmap", "scipy"
 @cache
 def versions() -> str:
     """Names the code that makes results: of this package, and of the libraries it hands work to."""
-    return " ".join([code_version(), *(f"{name} {_version(name)}" for name in _LIBRARIES)])
-
-
-def _version(package: str) -> str:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return ""
+    return " ".join([code_version(), *(f"{one} {installed_version(one)}" for one in _LIBRARIES)])
 
 
 _APART = 0.03  # of the longer side: clicks farther from one point than this are of several

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from elastomorph.draw.pictures import Image, as_pillow, imported, written
 from elastomorph.draw.sheet import picture_grid
 from elastomorph.errors import ParameterError
-from elastomorph.farm.pictures import PARTS
+from elastomorph.farm.pictures.subject import PARTS
 from elastomorph.farm.reading.faces import FaceSet, pictured
 
 _LEAST_SIDE = 224  # pixels that a picture has at least
@@ -148,7 +148,7 @@ def sheet_of(faces: FaceSet, path: str | PathLike[str] | None = None, *, count: 
 
 
 def _drawn(faces: FaceSet, numbers: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
-    from elastomorph.farm.pictures import Painter
+    from elastomorph.farm.pictures.painter import Painter
 
     marks = faces.data.plan.contents.get("landmarks", {})
     columns = dict(zip(faces.columns.names, faces.values[numbers].T, strict=True))

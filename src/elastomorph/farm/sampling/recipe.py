@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from elastomorph.character.document import Document, Where, as_found, nearest, open_document, shown
 from elastomorph.errors import ElastomorphError, ParameterError
-from elastomorph.farm.pictures import ARRAYS, LARGEST, SETTINGS
+from elastomorph.farm.pictures.settings import ARRAYS, LARGEST, SETTINGS
 from elastomorph.farm.sampling.columns import LEVELS, TIME, Codes, Column
 from elastomorph.farm.sampling.controls import FARTHEST, Controls, Exclusion, KeyedError, Span
 from elastomorph.farm.sampling.keys import RecipeKey, key, read_keys, read_value, stated

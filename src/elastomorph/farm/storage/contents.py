@@ -501,7 +501,7 @@ class Pictures(Content):
     most = 2**7
 
     def __init__(self, poser: Poser, chosen: Mapping[str, Any]) -> None:
-        from elastomorph.farm.pictures import Painter
+        from elastomorph.farm.pictures.painter import Painter
 
         super().__init__(poser)
         size = int(chosen["size"])

@@ -1,0 +1,1 @@
+"""Pictures of faces with labels: colour, depth, normals, parts, landmarks, cameras."""
